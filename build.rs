@@ -24,7 +24,7 @@ fn main() {
     println!("cargo::rerun-if-changed={SHADERS}");
     println!("cargo::rerun-if-changed=build.rs");
     if let Err(error) = compile_all() {
-        for line in error.to_string().lines() {
+        for line in error.to_string().lines().filter(|line| !line.is_empty()) {
             println!("cargo::error={line}");
         }
     }
