@@ -1,1 +1,26 @@
+//! klieg finds good lighting for a 3D scene by itself.
+//!
+//! It takes a glTF scene and a view, and searches the positions and intensities of lights for the
+//! picture in which shapes, details and depth are easiest to see. The method is *Perception-based
+//! Lighting Design* (Ha and Olivier, 2006); `docs/METHOD.md` says where its numbers are ours.
+//!
+//! The rooms, in the direction of the arrows (`optimize` and the command line use the rest):
+//! [`scene`] → [`lighting`], [`objective`] → [`cpu`] | [`gpu`] → [`evaluate`] → [`optimize`].
 
+#![warn(missing_docs)]
+
+pub mod cpu;
+pub mod error;
+pub mod evaluate;
+pub mod gpu;
+pub mod lighting;
+pub mod objective;
+pub mod optimize;
+pub mod scene;
+
+#[cfg(feature = "cli")]
+pub mod cli;
+#[cfg(feature = "cli")]
+pub mod report;
+
+pub use error::{Error, Result};

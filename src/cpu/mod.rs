@@ -1,0 +1,1 @@
+//! Native evaluator and the plain twins of the GPU stages.

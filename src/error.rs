@@ -1,0 +1,70 @@
+//! What can go wrong in the library.
+
+use std::path::PathBuf;
+
+/// The library's result.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// What can go wrong in the library; [`Error::is_input`] tells the caller's faults from the rest.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file that the caller named cannot be used.
+    #[error("{}: {fault}", path.display())]
+    Input {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: String,
+    },
+    /// A value that the caller gave is out of its range or names nothing.
+    #[error("{0}")]
+    Argument(String),
+    /// A file could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A device lacks something that klieg needs.
+    #[error("device '{device}' cannot run klieg: {lacks}")]
+    Unsupported {
+        /// The device's name.
+        device: String,
+        /// All that it lacks.
+        lacks: String,
+    },
+    /// No Vulkan, or no layer or extension of the instance that is needed.
+    #[error("Vulkan is not usable here: {0}")]
+    NoVulkan(String),
+    /// A Vulkan call failed.
+    #[error("Vulkan: {call} failed: {result}")]
+    Vulkan {
+        /// The call.
+        call: &'static str,
+        /// Its result code.
+        result: ash::vk::Result,
+    },
+    /// Device memory could not be had.
+    #[error("device memory for {what}: {source}")]
+    DeviceMemory {
+        /// What it was for.
+        what: String,
+        /// The allocator's reason.
+        source: gpu_allocator::AllocationError,
+    },
+}
+
+impl Error {
+    /// A fault of the file at `path`.
+    pub fn input(path: impl Into<PathBuf>, fault: impl std::fmt::Display) -> Self {
+        Self::Input { path: path.into(), fault: fault.to_string() }
+    }
+
+    /// Whether what the caller gave is at fault, rather than the machine.
+    pub fn is_input(&self) -> bool {
+        matches!(self, Self::Input { .. } | Self::Argument(_))
+    }
+}

@@ -1,0 +1,59 @@
+//! The seam between search and measurement: populations of rigs in, scores out.
+
+use crate::Result;
+use crate::lighting::{Light, Population};
+use crate::objective::maps::Maps;
+use crate::objective::{Statistics, Terms};
+use serde::Serialize;
+
+/// What computes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct DeviceInfo {
+    /// The device's own name.
+    pub name: String,
+    /// `discrete`, `integrated`, `virtual`, `software` (a Vulkan device without a GPU), `cpu` (the
+    /// native evaluator) or `other`.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Driver's name and version; klieg's own for the native evaluator.
+    pub driver: String,
+}
+
+/// One individual, looked at closely.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inspection {
+    /// `F`.
+    pub score: f32,
+    /// The five terms.
+    pub terms: Terms,
+    /// What they were made from.
+    pub statistics: Statistics,
+    /// The picture `I` that was judged: sRGB-encoded luminance 0..=1, 0 in the background, one entry
+    /// a pixel, rows from the top.
+    pub picture: Vec<f32>,
+}
+
+/// Measures populations of rigs against one view of one scene.
+pub trait Evaluator {
+    /// What computes.
+    fn device(&self) -> &DeviceInfo;
+
+    /// `F` of every rig: `scores[i]` belongs to the `i`-th rig.
+    ///
+    /// # Errors
+    /// [`crate::Error::Argument`] unless `scores` has one place for each rig, and what the device
+    /// reports.
+    fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()>;
+
+    /// The terms and the picture of one rig.
+    ///
+    /// # Errors
+    /// As [`Evaluator::evaluate`].
+    fn inspect(&mut self, rig: &[Light]) -> Result<Inspection>;
+
+    /// The view's maps; read back from the device at the first call.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn maps(&mut self) -> Result<&Maps>;
+}

@@ -1,0 +1,190 @@
+//! Lights, rigs of lights, and how a surface looks under them.
+
+pub mod shading;
+
+use crate::{Error, Result};
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Lights that a rig can have at most.
+pub const MAX_LIGHTS: usize = 16;
+
+/// What a light is for; it decides the box of values that the search may give it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// The main light, in front and above.
+    Key,
+    /// Softens the key's shadows, from the front.
+    Fill,
+    /// From behind, to draw the outline.
+    Rim,
+}
+
+/// How a light reaches the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LightKind {
+    /// From a point at distance `R`, with falloff `(R/d)²`.
+    #[default]
+    Point,
+    /// Parallel, without falloff.
+    Directional,
+}
+
+/// A light in the light frame: the camera's axes at the scene's centre, lengths in scene radii.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// What it is for.
+    pub role: Role,
+    /// Point or directional.
+    pub kind: LightKind,
+    /// Elevation θ above the camera's horizontal plane, radians.
+    pub elevation: f32,
+    /// Azimuth φ, radians: 0 from the viewer, positive to the viewer's right.
+    pub azimuth: f32,
+    /// Distance `R` of a point light from the scene's centre, scene radii; a directional light has
+    /// none and ignores it.
+    pub distance: f32,
+    /// Diffuse intensity `Id`.
+    pub diffuse: f32,
+    /// Specular intensity `Is`.
+    pub specular: f32,
+}
+
+impl Light {
+    /// Unit vector `u = (cosθ·sinφ, sinθ, cosθ·cosφ)` from the scene's centre towards the light.
+    pub fn direction(&self) -> Vec3 {
+        direction(self.elevation, self.azimuth)
+    }
+
+    /// What the evaluators read.
+    pub fn record(&self) -> LightRecord {
+        let (reach, radius2) = match self.kind {
+            LightKind::Point => (self.distance, self.distance * self.distance),
+            LightKind::Directional => (1.0, 0.0),
+        };
+        LightRecord {
+            position: (self.direction() * reach).to_array(),
+            radius2,
+            diffuse: self.diffuse,
+            specular: self.specular,
+            padding: [0.0; 2],
+        }
+    }
+}
+
+/// Unit vector of an elevation and an azimuth, radians, in the light frame.
+pub fn direction(elevation: f32, azimuth: f32) -> Vec3 {
+    let (sin_el, cos_el) = elevation.sin_cos();
+    let (sin_az, cos_az) = azimuth.sin_cos();
+    Vec3::new(cos_el * sin_az, sin_el, cos_el * cos_az)
+}
+
+/// Elevation and azimuth, radians, of a direction in the light frame.
+pub fn angles(direction: Vec3) -> (f32, f32) {
+    let elevation = direction.y.atan2(direction.x.hypot(direction.z));
+    (elevation, direction.x.atan2(direction.z))
+}
+
+/// The lights of one individual.
+pub type Rig = Vec<Light>;
+
+/// A light as both evaluators read it, 32 bytes: two `vec4` of the shaders.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct LightRecord {
+    /// Where a point light stands, or the unit direction towards a directional one; light frame.
+    pub position: [f32; 3],
+    /// `R²` of a point light, so that its falloff is `radius2 / d²`; 0 marks a directional light.
+    pub radius2: f32,
+    /// `Id`.
+    pub diffuse: f32,
+    /// `Is`.
+    pub specular: f32,
+    /// To a multiple of 16 bytes.
+    pub padding: [f32; 2],
+}
+
+/// Rigs to be evaluated together, all with the same number of lights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Population {
+    lights: usize,
+    records: Vec<LightRecord>,
+}
+
+impl Population {
+    /// An empty population of rigs of `lights` lights.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] unless `lights` is 1..=[`MAX_LIGHTS`].
+    pub fn new(lights: usize) -> Result<Self> {
+        if !(1..=MAX_LIGHTS).contains(&lights) {
+            return Err(Error::Argument(format!(
+                "{lights} lights: a rig has 1 to {MAX_LIGHTS} of them"
+            )));
+        }
+        Ok(Self { lights, records: Vec::new() })
+    }
+
+    /// A population of the given rigs.
+    ///
+    /// # Errors
+    /// As [`Population::new`] and [`Population::push`]; no rigs at all are an error too.
+    pub fn of<'a>(rigs: impl IntoIterator<Item = &'a [Light]>) -> Result<Self> {
+        let mut rigs = rigs.into_iter().peekable();
+        let lights = rigs.peek().map_or(0, |rig| rig.len());
+        let mut population = Self::new(lights)?;
+        for rig in rigs {
+            population.push(rig)?;
+        }
+        Ok(population)
+    }
+
+    /// Adds a rig.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] when it has another number of lights than the population.
+    pub fn push(&mut self, rig: &[Light]) -> Result<()> {
+        if rig.len() != self.lights {
+            return Err(Error::Argument(format!(
+                "a rig of {} lights in a population of rigs of {}",
+                rig.len(),
+                self.lights
+            )));
+        }
+        self.records.extend(rig.iter().map(Light::record));
+        Ok(())
+    }
+
+    /// Takes all rigs out, keeping the memory.
+    pub fn clear(&mut self) {
+        self.records.clear();
+    }
+
+    /// Lights of each rig.
+    pub fn lights(&self) -> usize {
+        self.lights
+    }
+
+    /// Number of rigs.
+    pub fn len(&self) -> usize {
+        self.records.len() / self.lights
+    }
+
+    /// Whether there is no rig.
+    pub fn is_empty(&self) -> bool {
+        self.records.is_empty()
+    }
+
+    /// All lights, rig after rig: `len() · lights()` records.
+    pub fn records(&self) -> &[LightRecord] {
+        &self.records
+    }
+
+    /// The lights of each rig.
+    pub fn rigs(&self) -> std::slice::ChunksExact<'_, LightRecord> {
+        self.records.chunks_exact(self.lights)
+    }
+}

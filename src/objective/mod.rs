@@ -1,0 +1,117 @@
+//! The picture-quality function of Ha and Olivier (2006), after Shacked and Lischinski (2001):
+//! `F = Σ w·F_term`, lower is better. The paper names the five terms but prints no formula, weight
+//! or threshold: what stands here is our reconstruction, `docs/METHOD.md`.
+
+pub mod maps;
+
+use maps::Maps;
+use serde::{Deserialize, Serialize};
+
+/// Bins of the brightness histogram.
+pub const HISTOGRAM_BINS: usize = 32;
+
+/// Mean gradient of the normals below which the geometry counts as flat and `F_grad` is 0.
+pub const FLAT_NORMALS: f32 = 1e-6;
+
+/// One number for each of the five terms.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Terms {
+    /// `F_edge`, edge distinctness.
+    pub edge: f32,
+    /// `F_mean`, mean brightness.
+    pub mean: f32,
+    /// `F_grad`, mean shading gradient.
+    pub grad: f32,
+    /// `F_var`, intensity range.
+    pub var: f32,
+    /// `F_hist`, evenness of the histogram.
+    pub hist: f32,
+}
+
+impl Terms {
+    /// Names, in the order of [`Terms::to_array`].
+    pub const NAMES: [&str; 5] = ["edge", "mean", "grad", "var", "hist"];
+
+    /// The five numbers in order.
+    pub fn to_array(self) -> [f32; 5] {
+        [self.edge, self.mean, self.grad, self.var, self.hist]
+    }
+}
+
+/// Settings of the quality function.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Objective {
+    /// Weight of each term.
+    pub weights: Terms,
+    /// Mean brightness aimed at, sRGB-encoded, 0..=1.
+    pub mean_target: f32,
+    /// Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel.
+    pub edge_contrast: f32,
+    /// Sobel length of the depth above which a pixel can be an edge, scene radii a pixel.
+    pub edge_sobel: f32,
+    /// Absolute Laplacian of the depth above which a pixel can be an edge, scene radii.
+    pub edge_laplace: f32,
+}
+
+impl Default for Objective {
+    fn default() -> Self {
+        Self {
+            weights: Terms { edge: 0.2, mean: 0.2, grad: 0.2, var: 0.2, hist: 0.2 },
+            mean_target: 0.5,
+            edge_contrast: 0.06,
+            edge_sobel: 0.02,
+            edge_laplace: 0.02,
+        }
+    }
+}
+
+/// What the reductions measure in one picture `I` (sRGB-encoded luminance, 0..=1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Statistics {
+    /// Mean over EDGE of `min(1, |∇I| / edge_contrast)`; 0 without EDGE pixels.
+    pub edge_contrast: f32,
+    /// Mean of `I` over the object.
+    pub mean: f32,
+    /// Variance of `I` over the object.
+    pub variance: f32,
+    /// `G`, mean of `|∇I|` over SURFACE; 0 without SURFACE pixels.
+    pub gradient: f32,
+    /// Object pixels in each bin.
+    pub histogram: [u32; HISTOGRAM_BINS],
+}
+
+impl Objective {
+    /// The five terms of a picture of the view that `maps` describes.
+    pub fn terms(&self, picture: &Statistics, maps: &Maps) -> Terms {
+        let counts = maps.counts;
+        let target = self.mean_target;
+        let edge = if counts.edge == 0 { 0.0 } else { 1.0 - picture.edge_contrast };
+        let grad = if maps.normal_detail < FLAT_NORMALS {
+            0.0
+        } else {
+            1.0 - (picture.gradient / maps.normal_detail).min(1.0)
+        };
+        Terms {
+            edge,
+            mean: (picture.mean - target).abs() / target.max(1.0 - target),
+            grad,
+            var: 1.0 - (picture.variance.max(0.0).sqrt() * 12f32.sqrt()).min(1.0),
+            hist: 1.0 - entropy(&picture.histogram) / (HISTOGRAM_BINS as f32).ln(),
+        }
+    }
+
+    /// `F`, the weighted sum of the terms.
+    pub fn score(&self, terms: &Terms) -> f32 {
+        let weights = self.weights.to_array();
+        weights.iter().zip(terms.to_array()).map(|(w, t)| w * t).sum()
+    }
+}
+
+/// Entropy of a histogram, nats.
+fn entropy(histogram: &[u32]) -> f32 {
+    let total: u32 = histogram.iter().sum();
+    let share = |&count: &u32| count as f32 / total as f32;
+    -histogram.iter().filter(|&&count| count > 0).map(share).map(|p| p * p.ln()).sum::<f32>()
+}

@@ -1,0 +1,205 @@
+//! Cameras, the light frame and the view that everything is drawn and measured in.
+
+use super::Scene;
+use crate::{Error, Result};
+use glam::{DMat4, DVec3, Mat4, Vec3};
+
+/// A camera in the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// Name, for people and for choosing it.
+    pub name: String,
+    /// Position, world units.
+    pub eye: DVec3,
+    /// Unit axes: to the right, up, and from the scene to the viewer.
+    pub right: DVec3,
+    /// See `right`.
+    pub up: DVec3,
+    /// See `right`.
+    pub back: DVec3,
+    /// Lens.
+    pub projection: Projection,
+    /// Distance of the near clipping plane along the view axis, world units.
+    pub near: f64,
+    /// Distance of the far clipping plane; infinite where `None`.
+    pub far: Option<f64>,
+    /// Whether klieg put it there to say which view a rig was designed for.
+    pub designed: Option<DesignedView>,
+}
+
+/// What klieg writes beside the camera of a lit scene, so that the view can be had again.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct DesignedView {
+    /// Width and height of the picture that was judged, in pixels.
+    pub size: [u32; 2],
+}
+
+/// A camera's lens. The picture's own aspect ratio decides the width.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// Vertical field of view, radians.
+    Perspective {
+        /// Full angle.
+        yfov: f64,
+    },
+    /// Half of the picture's height, world units.
+    Orthographic {
+        /// Half height.
+        ymag: f64,
+    },
+}
+
+/// The light frame: the camera's axes at the scene's centre, in scene radii.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// `c`, centre of the world-space bounding box of everything drawn.
+    pub center: DVec3,
+    /// `ρ`, the largest distance of a vertex from `c`, world units.
+    pub radius: f64,
+    /// The camera's unit axes.
+    pub right: DVec3,
+    /// See `right`.
+    pub up: DVec3,
+    /// See `right`: from the scene to the viewer.
+    pub back: DVec3,
+}
+
+impl Frame {
+    /// Light frame from world space.
+    pub fn from_world(&self) -> DMat4 {
+        let rows = DMat4::from_cols(
+            self.right.extend(0.0),
+            self.up.extend(0.0),
+            self.back.extend(0.0),
+            glam::DVec4::W,
+        );
+        DMat4::from_scale(DVec3::splat(1.0 / self.radius))
+            * rows.transpose()
+            * DMat4::from_translation(-self.center)
+    }
+
+    /// World direction of a direction in the light frame.
+    pub fn direction_to_world(&self, v: DVec3) -> DVec3 {
+        self.right * v.x + self.up * v.y + self.back * v.z
+    }
+
+    /// World position of a point in the light frame.
+    pub fn point_to_world(&self, p: DVec3) -> DVec3 {
+        self.center + self.direction_to_world(p) * self.radius
+    }
+}
+
+/// A camera, the light frame it gives, and the picture's size. Lengths are scene radii.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The camera.
+    pub camera: Camera,
+    /// The light frame.
+    pub frame: Frame,
+    /// The viewer's position in the light frame.
+    pub eye: Vec3,
+    /// Vulkan clip space (y down, depth 1 at the near plane and 0 at the far one) from the light frame.
+    pub clip_from_frame: Mat4,
+}
+
+impl View {
+    /// The view of `scene` through `camera`.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a picture without pixels, [`Error::Input`] for a scene without extent.
+    pub fn new(scene: &Scene, camera: Camera, width: u32, height: u32) -> Result<Self> {
+        if width == 0 || height == 0 {
+            return Err(Error::Argument(format!("picture size {width}x{height} has no pixels")));
+        }
+        let (center, radius) = bounds(scene)?;
+        let (right, up, back) = (camera.right, camera.up, camera.back);
+        let frame = Frame { center, radius, right, up, back };
+        let eye = frame.from_world().transform_point3(camera.eye);
+        let aspect = f64::from(width) / f64::from(height);
+        let clip = clip_from_eye(&camera, radius, aspect) * DMat4::from_translation(-eye);
+        Ok(Self {
+            width,
+            height,
+            camera,
+            frame,
+            eye: eye.as_vec3(),
+            clip_from_frame: clip.as_mat4(),
+        })
+    }
+
+    /// Whether all view rays are parallel.
+    pub fn is_orthographic(&self) -> bool {
+        matches!(self.camera.projection, Projection::Orthographic { .. })
+    }
+
+    /// Unit vector from `p` (light frame) to the viewer.
+    pub fn towards_viewer(&self, p: Vec3) -> Vec3 {
+        if self.is_orthographic() { Vec3::Z } else { (self.eye - p).normalize_or(Vec3::Z) }
+    }
+
+    /// Light frame from an instance's mesh space, computed in double precision.
+    pub fn frame_from_mesh(&self, world: &DMat4) -> DMat4 {
+        self.frame.from_world() * *world
+    }
+}
+
+/// Centre of the bounding box of everything drawn and the largest distance of a vertex from it.
+///
+/// # Errors
+/// [`Error::Input`] when nothing is drawn, or all of it in one point.
+pub fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
+    let vertices = || {
+        scene.instances.iter().flat_map(|instance| {
+            let mesh = &scene.meshes[instance.mesh as usize];
+            mesh.indices.iter().map(move |&index| {
+                let position = Vec3::from(mesh.vertices[index as usize].position).as_dvec3();
+                instance.world.transform_point3(position)
+            })
+        })
+    };
+    let (low, high) =
+        vertices().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+    let center = (low + high) / 2.0;
+    let radius = vertices().map(|p| p.distance_squared(center)).fold(0.0, f64::max).sqrt();
+    if !(radius.is_finite() && radius > 0.0) {
+        return Err(Error::input(&scene.path, "nothing to draw has any extent"));
+    }
+    Ok((center, radius))
+}
+
+/// Clip space from eye space (axes of the light frame, scene radii), depth reversed.
+fn clip_from_eye(camera: &Camera, radius: f64, aspect: f64) -> DMat4 {
+    let near = camera.near / radius;
+    let far = camera.far.map(|far| far / radius);
+    let row_z; // z_clip = row_z.0 · z + row_z.1
+    let (x, y, w);
+    match camera.projection {
+        Projection::Perspective { yfov } => {
+            y = 1.0 / (yfov / 2.0).tan();
+            x = y / aspect;
+            row_z = match far {
+                Some(far) => (near / (far - near), near * far / (far - near)),
+                None => (0.0, near),
+            };
+            w = true;
+        }
+        Projection::Orthographic { ymag } => {
+            y = radius / ymag;
+            x = y / aspect;
+            let far = far.unwrap_or(near + 1e4);
+            row_z = (1.0 / (far - near), far / (far - near));
+            w = false;
+        }
+    }
+    let (zw, ww) = if w { (-1.0, 0.0) } else { (0.0, 1.0) };
+    DMat4::from_cols_array_2d(&[
+        [x, 0.0, 0.0, 0.0],
+        [0.0, -y, 0.0, 0.0],
+        [0.0, 0.0, row_z.0, zw],
+        [0.0, 0.0, row_z.1, ww],
+    ])
+}
