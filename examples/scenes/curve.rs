@@ -26,12 +26,18 @@ pub fn catmull_rom(knots: &[DVec4], per_span: usize) -> Vec<DVec4> {
 
 /// A round tube along a curve: an implicit surface.
 pub struct Tube {
-    /// Axis points with the radius in `w`.
-    samples: Vec<DVec4>,
-    /// Arc length up to each sample.
-    arc: Vec<f64>,
+    samples: Vec<Sample>,
     centre: DVec3,
     reach: f64,
+}
+
+struct Sample {
+    axis: DVec3,
+    radius: f64,
+    /// Unit direction of the axis.
+    tangent: DVec3,
+    /// Arc length up to here.
+    arc: f64,
 }
 
 /// The tube as seen from a point.
@@ -52,14 +58,19 @@ impl Tube {
     pub fn new(knots: &[([f64; 3], f64)]) -> Self {
         let knots: Vec<DVec4> =
             knots.iter().map(|&(p, radius)| DVec3::from(p).extend(radius)).collect();
-        let samples = catmull_rom(&knots, 12);
-        let mut arc = vec![0.0];
-        for pair in samples.windows(2) {
-            arc.push(arc[arc.len() - 1] + (pair[1].xyz() - pair[0].xyz()).length());
+        let points = catmull_rom(&knots, 12);
+        let last = points.len() - 1;
+        let mut arc = 0.0;
+        let mut samples = Vec::with_capacity(points.len());
+        for (i, point) in points.iter().enumerate() {
+            let (before, after) = (points[i.saturating_sub(1)].xyz(), points[(i + 1).min(last)].xyz());
+            let axis = point.xyz();
+            arc += (axis - before).length();
+            samples.push(Sample { axis, radius: point.w, tangent: (after - before).normalize(), arc });
         }
-        let centre = (samples[0].xyz() + samples[samples.len() - 1].xyz()) * 0.5;
-        let reach = samples.iter().fold(0.0, |r: f64, s| r.max((s.xyz() - centre).length() + s.w));
-        Self { samples, arc, centre, reach }
+        let centre = (samples[0].axis + samples[last].axis) * 0.5;
+        let reach = samples.iter().fold(0.0, |r: f64, s| r.max((s.axis - centre).length() + s.radius));
+        Self { samples, centre, reach }
     }
 
     /// Signed distance from the surface, first-order where the radius varies.
@@ -70,19 +81,29 @@ impl Tube {
     /// Signed distance and place on the axis.
     pub fn nearest(&self, p: DVec3) -> Nearest {
         let bound = (p - self.centre).length() - self.reach;
-        let mut nearest = Nearest { distance: bound, arc: 0.0 };
         if bound > CULL {
-            return nearest;
+            return Nearest { distance: bound, arc: 0.0 };
         }
-        nearest.distance = f64::INFINITY;
+        let mut nearest = Nearest { distance: 0.0, arc: 0.0 };
+        let mut least = f64::INFINITY;
+        let last = self.samples.len() - 2;
         for (i, pair) in self.samples.windows(2).enumerate() {
-            let (from, along) = (pair[0].xyz(), pair[1].xyz() - pair[0].xyz());
-            let t = ((p - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-            let radius = pair[0].w + (pair[1].w - pair[0].w) * t;
-            let distance = (p - from - along * t).length() - radius;
-            if distance < nearest.distance {
-                let arc = self.arc[i] + (self.arc[i + 1] - self.arc[i]) * t;
-                nearest = Nearest { distance, arc };
+            let (a, b) = (&pair[0], &pair[1]);
+            // The planes across the axis at the samples sweep over the segment. Neighbours share
+            // them, so that the place on the axis is continuous where the curve bends.
+            let (past, ahead) = ((p - a.axis).dot(a.tangent), (b.axis - p).dot(b.tangent));
+            let t = match (past > 0.0, ahead > 0.0) {
+                (true, true) => past / (past + ahead),
+                (false, _) if i == 0 => 0.0,
+                (_, false) if i == last => 1.0,
+                _ => continue,
+            };
+            let from_axis = (p - a.axis.lerp(b.axis, t)).length_squared();
+            if from_axis < least {
+                least = from_axis;
+                let radius = a.radius + (b.radius - a.radius) * t;
+                let arc = a.arc + (b.arc - a.arc) * t;
+                nearest = Nearest { distance: libm::sqrt(from_axis) - radius, arc };
             }
         }
         nearest

@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 use crate::polygonize::polygonize;
 
 /// Grid cell of the skin, in metres.
-pub const CELL: f64 = 0.046;
+pub const CELL: f64 = 0.044;
 
 /// The head is turned by this angle about the neck, in radians.
 const HEAD_TURN: f64 = 0.22;
@@ -114,7 +114,7 @@ impl Anatomy {
         for [x, z] in soles {
             for angle in [-1.05, -0.38, 0.38, 1.05] {
                 let (sin, cos) = (libm::sin(angle), libm::cos(angle));
-                toes.push(dvec3(x + 0.215 * sin, 0.06, z + 0.215 * cos));
+                toes.push(dvec3(x + 0.225 * sin, 0.055, z + 0.225 * cos));
             }
         }
         Self {
@@ -188,11 +188,11 @@ impl Anatomy {
         let legs = self.legs.iter().fold(f64::INFINITY, |d, leg| d.min(leg.distance(p)));
         // Creases ring the legs around the knees and above the feet.
         let crease = smoothstep(0.18, 0.4, p.y) * (1.0 - smoothstep(0.85, 1.15, p.y));
-        let rings = 0.0045 * crease * libm::sin(p.y * 34.0 + 1.2 * libm::sin(p.x * 9.0 + p.z * 5.0));
+        let rings = 0.006 * crease * libm::sin(p.y * 25.0 + 1.2 * libm::sin(p.x * 9.0 + p.z * 5.0));
         let toe = dvec3(0.075, 0.075, 0.075);
         self.toes
             .iter()
-            .fold(legs + rings, |d, &centre| union(d, ellipsoid(p, centre, toe), 0.05))
+            .fold(legs + rings, |d, &centre| union(d, ellipsoid(p, centre, toe), 0.03))
     }
 
     fn head(&self, p: DVec3) -> f64 {
@@ -207,8 +207,8 @@ impl Anatomy {
         let jaw = union(hollow, self.lip.distance(p), 0.1);
         let muzzle = union(jaw, self.sockets.distance(q), 0.12);
         let face = union(muzzle, self.trunk(p), 0.14);
-        let socket = difference(face, sphere(q, EYE + dvec3(0.05, 0.0, 0.03), 0.1), 0.1);
-        let lids = ellipsoid(q, EYE - dvec3(0.035, 0.0, 0.025), dvec3(0.08, 0.085, 0.1));
+        let socket = difference(face, sphere(q, EYE + dvec3(0.05, 0.0, 0.03), 0.085), 0.1);
+        let lids = ellipsoid(q, EYE - dvec3(0.03, -0.005, 0.02), dvec3(0.058, 0.062, 0.08));
         let lidded = union(socket, lids, 0.08);
         union(lidded, ear(q), 0.07)
     }
@@ -217,7 +217,7 @@ impl Anatomy {
     fn trunk(&self, p: DVec3) -> f64 {
         let near = self.trunk.nearest(p);
         let fade = smoothstep(0.25, 0.6, near.arc) * (1.0 - smoothstep(1.9, 2.5, near.arc));
-        near.distance + 0.008 * fade * libm::sin(near.arc * 36.0 + 0.6 * libm::sin(p.x * 9.0))
+        near.distance + 0.008 * fade * libm::sin(near.arc * 30.0 + 0.6 * libm::sin(p.x * 9.0))
     }
 }
 
@@ -236,16 +236,16 @@ fn ear(p: DVec3) -> f64 {
     let rim = smoothstep(0.25, 0.85, from_middle.length());
     let hollow = 0.22 * from_middle.length_squared();
     let wave = 0.05 * rim * libm::sin(uv.y * 9.0 - uv.x * 4.0 + 0.6);
-    let veins = 0.008 * (1.0 - rim) * vein(from_middle);
+    let veins = 0.006 * (1.0 - rim) * vein(uv + dvec2(0.12, 0.1));
     let sheet = from_root.dot(front) - hollow + 0.08 - wave;
     let root = 1.0 - smoothstep(0.0, 0.35, uv.x);
     plate(outline, sheet, 0.05 + 0.03 * root) * 0.85 - veins
 }
 
 /// Veins that fan out from the ear's root.
-fn vein(from_middle: DVec2) -> f64 {
-    let from_root = from_middle + dvec2(0.55, 0.0);
-    libm::cos(libm::atan2(from_root.y, from_root.x) * 14.0)
+fn vein(from_root: DVec2) -> f64 {
+    let fade = smoothstep(0.25, 0.5, from_root.length());
+    fade * libm::cos(libm::atan2(from_root.y, from_root.x) * 13.0)
 }
 
 /// Loose skin: low folds that run mostly downwards and bend with the body.

@@ -13,13 +13,14 @@ const BLOCK: u32 = 8;
 /// The fields' slopes stay below this, which is what makes that look safe.
 const SLOPE: f64 = 2.0;
 /// Rounds of evening out.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 8;
 const NONE: u32 = u32::MAX;
 
 /// The surface `field = 0` within `[low, high]`, on a grid of `cell` metres. The surface must not
 /// touch the box, and nothing should be thinner than about two cells.
 pub fn polygonize(field: &impl Fn(DVec3) -> f64, low: DVec3, high: DVec3, cell: f64) -> Mesh {
-    let grid = Grid::sample(field, low, high, cell);
+    let mut grid = Grid::sample(field, low, high, cell);
+    grid.untangle();
     let (mut vertices, cells) = grid.vertices();
     let quads = grid.quads(&cells);
     for _ in 0..ROUNDS {
@@ -108,6 +109,31 @@ impl Grid {
 
     fn value(&self, node: UVec3) -> f64 {
         self.values[self.index(node)]
+    }
+
+    /// Four triangles would share an edge across a grid face whose corners lie inside and outside
+    /// in turn, as they do on a saddle. The outer corner that is nearest the surface is counted
+    /// inside instead; the number of inner nodes only grows, so that this ends.
+    fn untangle(&mut self) {
+        let mut again = true;
+        while again {
+            again = false;
+            for node in boxes(self.nodes - 1) {
+                for i in 0..3 {
+                    let (u, v) = (UVec3::AXES[i], UVec3::AXES[(i + 1) % 3]);
+                    let face = [node, node + u, node + u + v, node + v].map(|at| self.index(at));
+                    let inside = face.map(|at| self.values[at] < 0.0);
+                    if inside[0] == inside[2] && inside[1] == inside[3] && inside[0] != inside[1] {
+                        let outer = usize::from(inside[0]);
+                        let (a, b) = (face[outer], face[outer + 2]);
+                        let nearer = if self.values[a] <= self.values[b] { a } else { b };
+                        // A distance of exactly zero becomes negative too.
+                        self.values[nearer] = -self.values[nearer].max(f64::MIN_POSITIVE);
+                        again = true;
+                    }
+                }
+            }
+        }
     }
 
     /// A vertex in the middle of the surface's crossings of each cell that has any, and the
