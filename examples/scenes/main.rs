@@ -1,20 +1,16 @@
 //! Makes the scene files: `cargo run --release --example scenes -- scenes`.
 
-mod curve;
-mod elephant;
-mod field;
-mod glb;
-mod mesh;
-mod polygonize;
+mod generator;
 
 use std::path::PathBuf;
 use std::{env, fs, io};
 
+use generator::elephant::Elephant;
+
 fn main() -> io::Result<()> {
     let folder = PathBuf::from(env::args_os().nth(1).unwrap_or_else(|| "scenes".into()));
     fs::create_dir_all(&folder)?;
-    let elephant = elephant::Elephant::new(elephant::CELL);
-    for (name, bytes) in [("elephant.glb", elephant::scene(&elephant))] {
+    for (name, bytes) in generator::files(&Elephant::new()) {
         fs::write(folder.join(name), bytes)?;
     }
     Ok(())

@@ -5,8 +5,8 @@
 
 use glam::{DVec3, UVec3};
 
-use crate::field::gradient;
-use crate::mesh::Mesh;
+use super::field::gradient;
+use super::mesh::Mesh;
 
 /// Grid nodes along the side of a block that is decided by one look at its centre.
 const BLOCK: u32 = 8;

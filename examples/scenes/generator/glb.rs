@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
-use crate::mesh::Mesh;
+use super::mesh::Mesh;
 
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
@@ -34,10 +34,7 @@ impl Glb {
     /// A repeating texture of a PNG file's bytes.
     pub fn add_texture(&mut self, name: &str, png: &[u8]) -> usize {
         let view = self.add_view(png, None);
-        add(
-            &mut self.images,
-            json!({ "name": name, "bufferView": view, "mimeType": "image/png" }),
-        )
+        add(&mut self.images, json!({ "name": name, "bufferView": view, "mimeType": "image/png" }))
     }
 
     /// A mesh of primitives, each with a material.
@@ -98,9 +95,11 @@ impl Glb {
 
     fn primitive(&mut self, mesh: &Mesh, material: usize) -> Value {
         let mut attributes = Map::new();
-        let floats = |lists: &[f32]| -> Vec<u8> { lists.iter().flat_map(|x| x.to_le_bytes()).collect() };
+        let floats =
+            |lists: &[f32]| -> Vec<u8> { lists.iter().flat_map(|x| x.to_le_bytes()).collect() };
         let positions = floats(mesh.positions.as_flattened());
-        let position = self.add_accessor(&positions, FLOAT, "VEC3", mesh.positions.len(), ARRAY_BUFFER);
+        let position =
+            self.add_accessor(&positions, FLOAT, "VEC3", mesh.positions.len(), ARRAY_BUFFER);
         let bound = |pick: fn(f32, f32) -> f32| -> Vec<f32> {
             (0..3).filter_map(|i| mesh.positions.iter().map(|p| p[i]).reduce(pick)).collect()
         };
@@ -135,7 +134,14 @@ impl Glb {
         json!({ "attributes": attributes, "indices": indices, "material": material })
     }
 
-    fn add_accessor(&mut self, bytes: &[u8], component: u32, kind: &str, count: usize, target: u32) -> usize {
+    fn add_accessor(
+        &mut self,
+        bytes: &[u8],
+        component: u32,
+        kind: &str,
+        count: usize,
+        target: u32,
+    ) -> usize {
         let view = self.add_view(bytes, Some(target));
         add(
             &mut self.accessors,

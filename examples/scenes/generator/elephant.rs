@@ -3,14 +3,14 @@
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use serde_json::json;
 
-use crate::curve::Tube;
-use crate::field::{difference, ellipsoid, intersection, plate, smoothstep, sphere, turn_y, union};
-use crate::glb::{Glb, View};
-use crate::mesh::Mesh;
-use crate::polygonize::polygonize;
+use super::curve::Tube;
+use super::field::{difference, ellipsoid, intersection, plate, smoothstep, sphere, turn_y, union};
+use super::glb::{Glb, View};
+use super::mesh::Mesh;
+use super::polygonize::polygonize;
 
 /// Grid cell of the skin, in metres.
-pub const CELL: f64 = 0.044;
+const CELL: f64 = 0.044;
 
 /// The head is turned by this angle about the neck, in radians.
 const HEAD_TURN: f64 = 0.22;
@@ -24,14 +24,14 @@ pub struct Elephant {
 }
 
 impl Elephant {
-    /// Polygonises the animal, its skin on a grid of `cell` metres.
-    pub fn new(cell: f64) -> Self {
+    /// Polygonises the animal.
+    pub fn new() -> Self {
         let anatomy = Anatomy::new();
         let skin = |p: DVec3| anatomy.skin(p);
-        let skin = polygonize(&skin, dvec3(-1.6, -0.2, -2.3), dvec3(1.6, 3.1, 3.1), cell);
+        let skin = polygonize(&skin, dvec3(-1.6, -0.2, -2.3), dvec3(1.6, 3.1, 3.1), CELL);
         let tusks = |p: DVec3| anatomy.tusks.distance(mirror(head_space(p)));
         let ivory = polygonize(&tusks, dvec3(-0.9, 0.8, 1.0), dvec3(1.5, 2.2, 3.1), 0.03);
-        let eyes = |p: DVec3| sphere(mirror(head_space(p)), EYE, 0.05);
+        let eyes = |p: DVec3| sphere(mirror(head_space(p)), EYE, 0.046);
         let eyes = polygonize(&eyes, dvec3(-0.8, 1.8, 1.0), dvec3(1.0, 2.5, 2.1), 0.018);
         Self { skin, ivory, eyes }
     }
@@ -84,13 +84,7 @@ fn leg(joint: [f64; 3], knee: [f64; 3], ankle: [f64; 3], thick: f64) -> Tube {
     let [x, _, z] = ankle;
     let sole = [x, 0.06, z + 0.05];
     let below = [x, -0.12, z + 0.07];
-    Tube::new(&[
-        (joint, thick),
-        (knee, 0.265),
-        (ankle, 0.205),
-        (sole, 0.255),
-        (below, 0.27),
-    ])
+    Tube::new(&[(joint, thick), (knee, 0.265), (ankle, 0.205), (sole, 0.255), (below, 0.27)])
 }
 
 fn mirror(p: DVec3) -> DVec3 {
@@ -190,9 +184,7 @@ impl Anatomy {
         let crease = smoothstep(0.18, 0.4, p.y) * (1.0 - smoothstep(0.85, 1.15, p.y));
         let rings = 0.006 * crease * libm::sin(p.y * 25.0 + 1.2 * libm::sin(p.x * 9.0 + p.z * 5.0));
         let toe = dvec3(0.075, 0.075, 0.075);
-        self.toes
-            .iter()
-            .fold(legs + rings, |d, &centre| union(d, ellipsoid(p, centre, toe), 0.03))
+        self.toes.iter().fold(legs + rings, |d, &centre| union(d, ellipsoid(p, centre, toe), 0.03))
     }
 
     fn head(&self, p: DVec3) -> f64 {

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, DVec4, Vec4Swizzles as _};
 
-use crate::curve::catmull_rom;
+use super::curve::catmull_rom;
 
 /// An indexed triangle mesh, counter-clockwise from outside. Optional attributes are empty, or as
 /// long as `positions`.
@@ -25,14 +25,6 @@ impl Mesh {
         self.normals.push(normal.as_vec3().to_array());
     }
 
-    /// Adds the triangles of another mesh that has positions and normals alone.
-    pub fn append(&mut self, other: &Self) {
-        let first = self.positions.len() as u32;
-        self.positions.extend(&other.positions);
-        self.normals.extend(&other.normals);
-        self.indices.extend(other.indices.iter().map(|index| index + first));
-    }
-
     pub fn points(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.positions.iter().map(|p| DVec3::new(p[0].into(), p[1].into(), p[2].into()))
     }
@@ -46,8 +38,10 @@ pub fn sheet(columns: u32, rows: u32, point: &impl Fn(DVec2) -> DVec3) -> Mesh {
     let mut mesh = Mesh::default();
     for row in 0..=rows {
         for column in 0..=columns {
-            let uv =
-                DVec2::new(f64::from(column) / f64::from(columns), f64::from(row) / f64::from(rows));
+            let uv = DVec2::new(
+                f64::from(column) / f64::from(columns),
+                f64::from(row) / f64::from(rows),
+            );
             let beside = DVec2::new(uv.x, uv.y.clamp(2.0 * STEP, 1.0 - 2.0 * STEP));
             let along = |axis: DVec2| point(beside + axis * STEP) - point(beside - axis * STEP);
             let (du, dv) = (along(DVec2::X), along(DVec2::Y));

@@ -63,13 +63,20 @@ impl Tube {
         let mut arc = 0.0;
         let mut samples = Vec::with_capacity(points.len());
         for (i, point) in points.iter().enumerate() {
-            let (before, after) = (points[i.saturating_sub(1)].xyz(), points[(i + 1).min(last)].xyz());
+            let (before, after) =
+                (points[i.saturating_sub(1)].xyz(), points[(i + 1).min(last)].xyz());
             let axis = point.xyz();
             arc += (axis - before).length();
-            samples.push(Sample { axis, radius: point.w, tangent: (after - before).normalize(), arc });
+            samples.push(Sample {
+                axis,
+                radius: point.w,
+                tangent: (after - before).normalize(),
+                arc,
+            });
         }
         let centre = (samples[0].axis + samples[last].axis) * 0.5;
-        let reach = samples.iter().fold(0.0, |r: f64, s| r.max((s.axis - centre).length() + s.radius));
+        let reach =
+            samples.iter().fold(0.0, |r: f64, s| r.max((s.axis - centre).length() + s.radius));
         Self { samples, centre, reach }
     }
 
