@@ -173,6 +173,11 @@ pub fn array<'a>(object: &'a mut Object, key: &str) -> Option<&'a mut Vec<Value>
     object.entry(key).or_insert_with(|| json!([])).as_array_mut()
 }
 
+/// The object `key` of `object`, created where there is none; `None` where it is something else.
+pub fn object<'a>(object: &'a mut Object, key: &str) -> Option<&'a mut Object> {
+    object.entry(key).or_insert_with(|| json!({})).as_object_mut()
+}
+
 /// JSON and binary chunk of a file.
 fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     use std::borrow::Cow;
