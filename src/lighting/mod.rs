@@ -1,6 +1,9 @@
 //! Lights, rigs of lights, and how a surface looks under them.
 
+pub mod genome;
+pub mod presets;
 pub mod shading;
+pub mod start;
 
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};

@@ -114,9 +114,10 @@ mod tests {
     fn the_srgb_curves_invert_each_other() {
         for i in 0..=1000 {
             let x = i as f32 / 1000.0;
-            assert!((srgb_decode(srgb_encode(x)) - x).abs() < 1e-5, "{x}");
+            let back = srgb_decode(srgb_encode(x));
+            assert!((back - x).abs() < 1e-5, "{x} {back}");
         }
-        assert_eq!(srgb_encode(f32::INFINITY), 1.0);
+        assert!((srgb_encode(f32::INFINITY) - 1.0).abs() < 1e-6);
         assert!((srgb_encode(0.214_041_14) - 0.5).abs() < 1e-6);
     }
 
