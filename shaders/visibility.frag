@@ -1,5 +1,6 @@
-// Visibility, second half: the colour code, and the surface's depth, normal and material.
 #version 460
+// Visibility, second half: the colour code, and the surface's position, normal and material.
+// Twin: src/cpu/visibility.rs.
 #extension GL_GOOGLE_include_directive : require
 #include "visibility.glsl"
 
@@ -16,9 +17,9 @@ layout(location = 4) in vec4 color;
 layout(location = 5) flat in uint instance;
 
 layout(location = 0) out uint out_code;
-layout(location = 1) out vec4 out_position_depth;
-layout(location = 2) out vec4 out_normal_roughness;
-layout(location = 3) out vec4 out_base_metallic;
+layout(location = 1) out vec4 out_position_roughness;
+layout(location = 2) out vec4 out_normal_metallic;
+layout(location = 3) out vec4 out_base_color;
 layout(location = 4) out vec4 out_emissive;
 
 // Trilinear, at the level whose texels are as large as the longer of the two pixel steps.
@@ -41,8 +42,9 @@ vec3 shading_normal(MaterialRecord material, vec3 texel) {
         float scale = material.emissive.w;
         n = tangent.xyz * (t.x * scale) + bitangent * (t.y * scale) + normal * t.z;
     }
-    n = normalize(n);
-    vec3 to_viewer = eye.w == 1.0 ? vec3(0.0, 0.0, 1.0) : eye.xyz - position;
+    vec3 to_viewer =
+        eye.w == 1.0 ? vec3(0.0, 0.0, 1.0) : unit_or(eye.xyz - position, vec3(0.0, 0.0, 1.0));
+    n = unit_or(n, to_viewer);
     return dot(n, to_viewer) < 0.0 ? -n : n;
 }
 
@@ -64,9 +66,9 @@ void main() {
         discard;
     }
     out_code = record.first_polygon + uint(gl_PrimitiveID);
-    out_position_depth = vec4(position, eye.z - position.z);
-    out_normal_roughness = vec4(
-        shading_normal(material, normal_texel), material.roughness * metallic_roughness.g);
-    out_base_metallic = vec4(base.rgb, material.metallic * metallic_roughness.b);
+    out_position_roughness = vec4(position, material.roughness * metallic_roughness.g);
+    out_normal_metallic = vec4(
+        shading_normal(material, normal_texel), material.metallic * metallic_roughness.b);
+    out_base_color = vec4(base.rgb, 0.0);
     out_emissive = vec4(emissive, 0.0);
 }

@@ -1,5 +1,6 @@
-// Visibility, first half: brings the vertices of an instance into the light frame.
 #version 460
+// Visibility, first half: brings the vertices of an instance into the light frame.
+// Twin: src/cpu/visibility.rs.
 #extension GL_GOOGLE_include_directive : require
 #include "visibility.glsl"
 
@@ -25,8 +26,8 @@ void main() {
         + clip_from_frame[2] * p.z + clip_from_frame[3];
     gl_Position = clip;
     position = p.xyz;
-    normal = record.normal_from_mesh * in_normal;
-    tangent = vec4(mat3(m) * in_tangent.xyz, in_tangent.w);
+    normal = unit_or(record.normal_from_mesh * in_normal, vec3(0.0));
+    tangent = vec4(unit_or(mat3(m) * in_tangent.xyz, vec3(0.0)), in_tangent.w);
     uv = in_uv;
     color = in_color;
     instance = gl_InstanceIndex;

@@ -2,7 +2,7 @@
 
 struct InstanceRecord {
     mat4 frame_from_mesh;
-    mat3 normal_from_mesh;  // inverse transpose of the linear part
+    mat3 normal_from_mesh;  // a positive multiple of the linear part's inverse transpose
     uint first_polygon;
     uint material;
     uint mirrored;          // 1 where the transform turns the winding round
@@ -38,3 +38,9 @@ layout(push_constant) uniform Camera {
     mat4 clip_from_frame;
     vec4 eye;               // w: 1 where all view rays are parallel
 };
+
+// v at unit length, or `other` where v has none.
+vec3 unit_or(vec3 v, vec3 other) {
+    float squared = dot(v, v);
+    return squared > 0.0 ? v / sqrt(squared) : other;
+}
