@@ -257,7 +257,8 @@ pub fn storage_buffer(context: &Arc<Context>, name: &str, size: u64) -> Result<B
     if size > largest {
         return Err(unsupported(context, format!("{size} bytes of {name} (it has {largest})")));
     }
-    device_buffer(context, name, size, vk::BufferUsageFlags::STORAGE_BUFFER)
+    let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
+    device_buffer(context, name, size, usage)
 }
 
 /// An error that says what of the scene is more than the device can take.
