@@ -3,7 +3,8 @@
 
 use glam::{DMat4, DVec3, Vec3};
 use klieg::cpu;
-use klieg::gpu::{Context, ContextOptions, DrawnView};
+use klieg::evaluate::Evaluator;
+use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
 use klieg::objective::maps::{Maps, Surface};
@@ -32,9 +33,9 @@ fn context() -> Arc<Context> {
 }
 
 fn drawn(context: &Arc<Context>, scene: &Scene, view: &View) -> Maps {
-    let drawn =
-        DrawnView::new(context, scene, view, &Objective::default(), &Shading::default()).unwrap();
-    drawn.read().unwrap()
+    let (objective, shading) = (Objective::default(), Shading::default());
+    let mut evaluator = GpuEvaluator::new(context, scene, view, objective, shading).unwrap();
+    evaluator.maps().unwrap().clone()
 }
 
 /// How far two surfaces agree.

@@ -20,80 +20,76 @@ use std::sync::Arc;
 /// Stages that run once for each view.
 const STAGES: u32 = 8;
 
-/// A view's maps on the device, ready for a generation.
-pub struct DrawnView {
-    pub(super) memory: ViewMemory,
+/// What is known of a view that the device has drawn, beside its [`ViewMemory`].
+pub struct Drawn {
     /// A bit for each colour code, set where it occurs.
     visible: Buffer,
     /// Milliseconds of each stage; empty where the device cannot tell.
-    timings: Vec<(&'static str, f64)>,
+    pub timings: Vec<(&'static str, f64)>,
     context: Arc<Context>,
 }
 
-impl DrawnView {
-    /// Draws the scene and makes the maps. The scene itself does not stay on the device.
-    ///
-    /// # Errors
-    /// [`crate::Error::Argument`] for a picture larger than the device can draw,
-    /// [`crate::Error::Unsupported`] when something of the scene is more than it can take,
-    /// [`crate::Error::Input`] for a scene with more vertices than Vulkan can address, and what the
-    /// device reports.
-    pub fn new(
-        context: &Arc<Context>,
-        scene: &Scene,
-        view: &View,
-        objective: &Objective,
-        shading: &Shading,
-    ) -> Result<Self> {
-        let mut memory = ViewMemory::new(context, view, objective, shading)?;
-        let g_buffer = memory.add_g_buffer()?;
-        let visibility = Visibility::new(context, scene, view, g_buffer)?;
-        Self::run(context, memory, scene.polygons(), |cmd| visibility.record(cmd))
-    }
+/// Draws the scene and makes the maps, ready for a generation. The scene itself does not stay on the
+/// device.
+///
+/// # Errors
+/// [`crate::Error::Argument`] for a picture larger than the device can draw,
+/// [`crate::Error::Unsupported`] when something of the scene is more than it can take,
+/// [`crate::Error::Input`] for a scene with more vertices than Vulkan can address, and what the
+/// device reports.
+pub fn draw(
+    context: &Arc<Context>,
+    scene: &Scene,
+    view: &View,
+    objective: &Objective,
+    shading: &Shading,
+) -> Result<(ViewMemory, Drawn)> {
+    let mut memory = ViewMemory::new(context, view, objective, shading)?;
+    let g_buffer = memory.add_g_buffer()?;
+    let visibility = Visibility::new(context, scene, view, g_buffer)?;
+    let drawn = Drawn::new(context, &memory, scene.polygons(), |cmd| visibility.record(cmd))?;
+    Ok((memory, drawn))
+}
 
+impl Drawn {
     /// Makes the maps of what `draw` leaves in the G-buffer, whose colour codes are at most
     /// `polygons`.
-    fn run(
+    fn new(
         context: &Arc<Context>,
-        memory: ViewMemory,
+        memory: &ViewMemory,
         polygons: u32,
         draw: impl FnOnce(vk::CommandBuffer),
     ) -> Result<Self> {
-        let stages = MapStages::new(context, &memory, polygons)?;
+        let stages = MapStages::new(context, memory, polygons)?;
         let reflectance = Reflectance::new(context, &memory.layout)?;
         let mut timer = StageTimer::new(context, STAGES)?;
         Commands::once(context, |cmd| {
             timer.reset(cmd);
             timer.stage(cmd, "visibility", || draw(cmd));
-            stages.record(cmd, &memory, &mut timer);
-            timer.stage(cmd, "reflectance", || reflectance.record(cmd, &memory));
+            stages.record(cmd, memory, &mut timer);
+            timer.stage(cmd, "reflectance", || reflectance.record(cmd, memory));
             context.barrier(cmd, COMPUTE_WRITE, COPY_READ);
             Ok(())
         })?;
         let timings = timer.read()?;
-        Ok(Self { memory, visible: stages.visible, timings, context: Arc::clone(context) })
+        Ok(Self { visible: stages.visible, timings, context: Arc::clone(context) })
     }
 
-    /// Milliseconds that each stage took on the device; empty where it cannot tell.
-    pub fn timings(&self) -> &[(&'static str, f64)] {
-        &self.timings
-    }
-
-    /// Reads the maps back.
+    /// Reads the maps back from the view's memory.
     ///
     /// # Errors
     /// What the device reports.
-    pub fn read(&self) -> Result<Maps> {
-        let g_buffer = self.memory.g_buffer.as_ref().expect("the view was drawn into it");
-        let reader = Reader::new(&self.context, self.memory.size)?;
-        let (surface, sobel, laplace) = reader.surface(g_buffer, self.memory.size)?;
+    pub fn read(&self, memory: &ViewMemory) -> Result<Maps> {
+        let g_buffer = memory.g_buffer.as_ref().expect("the view was drawn into it");
+        let reader = Reader::new(&self.context, memory.size)?;
+        let (surface, sobel, laplace) = reader.surface(g_buffer, memory.size)?;
         let kind = |number| match number {
             0 => PixelType::Background,
             1 => PixelType::Surface,
             _ => PixelType::Edge,
         };
-        let types = reader.image::<u32>(&self.memory.types)?.into_iter().map(kind).collect();
-        let statistics: ViewStatistics = self.buffer(&self.memory.statistics)?[0];
+        let types = reader.image::<u32>(&memory.types)?.into_iter().map(kind).collect();
+        let statistics: ViewStatistics = self.buffer(&memory.statistics)?[0];
         let counts = PixelCounts { surface: statistics.surface, edge: statistics.edge };
         let words: Vec<u32> = self.buffer(&self.visible)?;
         let visible = set_bits(&words);
@@ -208,8 +204,8 @@ mod tests {
         let mut memory = ViewMemory::new(context, view, &objective, &shading).unwrap();
         testing::upload_surface(context, surface, memory.add_g_buffer().unwrap());
         let polygons = surface.code.iter().copied().max().unwrap_or(0);
-        let drawn = DrawnView::run(context, memory, polygons, |_| ()).unwrap();
-        drawn.read().unwrap()
+        let drawn = Drawn::new(context, &memory, polygons, |_| ()).unwrap();
+        drawn.read(&memory).unwrap()
     }
 
     /// What of the stages' results differs from the twins'.

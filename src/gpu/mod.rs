@@ -7,9 +7,9 @@ mod commands;
 mod context;
 mod devices;
 mod drawn;
-mod geometry;
 mod evaluator;
 mod generation;
+mod geometry;
 mod instance;
 pub mod layout;
 mod maps;
@@ -27,7 +27,6 @@ mod visibility;
 
 pub use context::{Context, ContextOptions, Counters};
 pub use devices::{DeviceChoice, DeviceReport, devices};
-pub use drawn::DrawnView;
 pub use evaluator::GpuEvaluator;
 
 use crate::{Error, Result};
