@@ -1,1 +1,35 @@
-//! Vulkan evaluator.
+//! Vulkan evaluator: device, memory, pipelines and the stages that run on them.
+//!
+//! A stage carries one name everywhere: its shader in `shaders/`, its pipeline here, its plain twin
+//! in [`crate::cpu`], its debug label and its row of timings.
+
+mod commands;
+mod context;
+mod devices;
+mod instance;
+pub mod layout;
+mod memory;
+mod pipeline;
+mod requirements;
+pub mod shaders;
+#[cfg(test)]
+mod testing;
+mod view;
+
+pub use context::{Context, ContextOptions, Counters};
+pub use devices::{DeviceChoice, DeviceReport, devices};
+
+use crate::{Error, Result};
+use ash::vk;
+
+/// Names the Vulkan call that a result belongs to.
+trait Call<T> {
+    /// The value, or [`Error::Vulkan`] with the call's name.
+    fn call(self, call: &'static str) -> Result<T>;
+}
+
+impl<T> Call<T> for ash::prelude::VkResult<T> {
+    fn call(self, call: &'static str) -> Result<T> {
+        self.map_err(|result: vk::Result| Error::Vulkan { call, result })
+    }
+}

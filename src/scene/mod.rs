@@ -1,5 +1,8 @@
 //! The scene as it is drawn: triangles, materials, textures, cameras and lights, all in world space.
 
+pub mod lights;
+pub mod lit;
+pub mod uri;
 pub mod view;
 
 use bytemuck::{Pod, Zeroable};
