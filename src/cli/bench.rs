@@ -2,7 +2,7 @@
 
 use super::config::Settings;
 use super::options::{Kind, SceneOptions};
-use super::session::{self, Measured, SIZE, milliseconds};
+use super::session::{self, Engine, SIZE, milliseconds};
 use super::values::{Device, Lights, Size};
 use super::{device, print};
 use crate::evaluate::DeviceInfo;
@@ -42,7 +42,7 @@ pub(super) struct Options {
     /// A device; may be given again [default: cpu and, where there is one, vulkan]
     #[arg(long)]
     device: Vec<Device>,
-    /// Measured generations
+    /// Engine generations
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
     /// Generations before the measured ones
@@ -160,7 +160,7 @@ fn measure(
     let start = Instant::now();
     let mut evaluator = session::evaluator(scene, &view, settings, &settings.device)?;
     let maps_ms = milliseconds(start);
-    session::announce(evaluator.get());
+    session::announce(&evaluator);
     work.iter().map(|work| row(options, settings, work, maps_ms, &mut evaluator)).collect()
 }
 
@@ -169,7 +169,7 @@ fn row(
     settings: &Settings,
     &Work { lights, population }: &Work,
     maps_ms: f64,
-    evaluator: &mut Measured,
+    evaluator: &mut Engine,
 ) -> Result<Row> {
     let roles = Lights::number(lights).map_err(Error::Argument)?.0;
     let genome = Genome::new(&roles, options.kind.into(), &settings.lights.boxes)?;
@@ -179,7 +179,7 @@ fn row(
     for run in 0..options.warm_up + options.runs {
         let rigs = random(&genome, population, &mut rng)?;
         let start = Instant::now();
-        evaluator.get_mut().evaluate(&rigs, &mut scores)?;
+        evaluator.evaluate(&rigs, &mut scores)?;
         let wall = milliseconds(start);
         if run >= options.warm_up {
             walls.push(wall);
@@ -191,7 +191,7 @@ fn row(
     walls.sort_by(f64::total_cmp);
     let median_ms = median(&walls);
     Ok(Row {
-        device: evaluator.get().device().clone(),
+        device: evaluator.device().clone(),
         size: settings.view.size.unwrap_or(SIZE).0,
         lights,
         population,

@@ -12,13 +12,56 @@ use crate::report::picture::BACKGROUND;
 use crate::scene::framing::{Framing, frame};
 use crate::scene::view::{Camera, View};
 use crate::scene::{self, Scene};
+use crate::Error;
 use anyhow::Result;
 use image::RgbImage;
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::time::Instant;
 
 /// Picture size without any other word on it.
 pub(super) const SIZE: Size = Size([512, 512]);
+
+/// An evaluator of either kind.
+pub(super) enum Engine {
+    /// Native.
+    Cpu(CpuEvaluator),
+    /// On a Vulkan device.
+    Vulkan(GpuEvaluator),
+}
+
+impl Engine {
+    /// The GPU's time for each stage of the last population, milliseconds; none for the CPU.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn stage_times(&self) -> crate::Result<Vec<(&'static str, f64)>> {
+        match self {
+            Self::Cpu(_) => Ok(Vec::new()),
+            Self::Vulkan(evaluator) => evaluator.stage_times(),
+        }
+    }
+}
+
+impl Deref for Engine {
+    type Target = dyn Evaluator;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Cpu(evaluator) => evaluator,
+            Self::Vulkan(evaluator) => evaluator,
+        }
+    }
+}
+
+impl DerefMut for Engine {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        match self {
+            Self::Cpu(evaluator) => evaluator,
+            Self::Vulkan(evaluator) => evaluator,
+        }
+    }
+}
 
 /// A scene in view and what measures it.
 pub(super) struct Session {
@@ -27,7 +70,7 @@ pub(super) struct Session {
     /// The view.
     pub view: View,
     /// What measures.
-    pub evaluator: Box<dyn Evaluator>,
+    pub evaluator: Engine,
     /// Settings of the run.
     pub settings: Settings,
     /// Times so far.
@@ -46,8 +89,9 @@ impl Session {
         let load = milliseconds(start);
         let start = Instant::now();
         let view = view(&scene, &settings.view)?;
-        let evaluator = evaluator(&scene, &view, &settings, &settings.device)?;
-        announce(&*evaluator);
+        let mut evaluator = evaluator(&scene, &view, &settings, &settings.device)?;
+        announce(&evaluator);
+        sees(&mut evaluator, &scene, &view)?;
         let timing = Timing { load, maps: milliseconds(start), ..Timing::default() };
         Ok(Self { scene, view, evaluator, settings, timing })
     }
@@ -91,7 +135,7 @@ pub(super) fn warn(warnings: &[String]) {
 /// Faults of the settings and of the scene.
 pub(super) fn view(scene: &Scene, settings: &ViewSettings) -> Result<View> {
     let chosen = match &settings.camera {
-        Some(key) => Some(scene::camera::choose(scene, &key.text())?.clone()),
+        Some(key) => Some(scene::camera::choose(scene, &key.text())?),
         None if settings.framed() => None,
         None => written_or_first(scene).cloned(),
     };
@@ -102,6 +146,18 @@ pub(super) fn view(scene: &Scene, settings: &ViewSettings) -> Result<View> {
         None => frame(scene, &framing(settings), f64::from(width) / f64::from(height))?,
     };
     Ok(View::new(scene, camera, width, height)?)
+}
+
+/// Whether any object is in the picture.
+///
+/// # Errors
+/// [`Error::Input`] when none is: there is nothing to judge.
+fn sees(evaluator: &mut Engine, scene: &Scene, view: &View) -> Result<()> {
+    if evaluator.maps()?.counts.object() > 0 {
+        return Ok(());
+    }
+    let camera = &view.camera.name;
+    Err(Error::input(&scene.path, format!("camera '{camera}' sees nothing of the scene")).into())
 }
 
 /// The camera that klieg wrote, else the first.
@@ -130,21 +186,21 @@ pub(super) fn evaluator(
     view: &View,
     settings: &Settings,
     device: &Device,
-) -> Result<Box<dyn Evaluator>> {
+) -> Result<Engine> {
     let (objective, shading) = (settings.objective, settings.shading);
     Ok(match device::open(device)? {
         Opened::Cpu => {
             let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
-            Box::new(CpuEvaluator::new(maps, view, objective, shading))
+            Engine::Cpu(CpuEvaluator::new(maps, view, objective, shading))
         }
         Opened::Vulkan(context) => {
-            Box::new(GpuEvaluator::new(context, scene, view, objective, shading)?)
+            Engine::Vulkan(GpuEvaluator::new(context, scene, view, objective, shading)?)
         }
     })
 }
 
 /// Says what computes.
-pub(super) fn announce(evaluator: &dyn Evaluator) {
+pub(super) fn announce(evaluator: &Engine) {
     let device = evaluator.device();
     eprintln!("device: {} ({}, {})", device.name, device.kind, device.driver);
 }
