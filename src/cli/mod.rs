@@ -52,3 +52,11 @@ pub fn exit_code(error: &anyhow::Error) -> u8 {
     };
     if error.chain().any(input) { 2 } else { 1 }
 }
+
+/// An error and its causes in one line; a cause that the text before it already tells is left out.
+pub fn describe(error: &anyhow::Error) -> String {
+    error.chain().skip(1).fold(error.to_string(), |text, cause| {
+        let cause = cause.to_string();
+        if text.contains(&cause) { text } else { format!("{text}: {cause}") }
+    })
+}
