@@ -1,7 +1,10 @@
 //! The scene as it is drawn: triangles, materials, textures, cameras and lights, all in world space.
 
+pub mod camera;
+pub mod framing;
 pub mod lights;
 pub mod lit;
+pub mod load;
 pub mod uri;
 pub mod view;
 
