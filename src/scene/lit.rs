@@ -6,9 +6,9 @@ mod strip;
 
 use super::lights::LightExtras;
 use super::view::{DesignedView, Projection, View};
-use crate::lighting::{Light, LightKind};
+use crate::lighting::{Light, LightKind, Role};
 use crate::{Error, Result};
-use document::{Document, array};
+use document::{Document, array, object};
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -66,7 +66,11 @@ fn check(light: &Light) -> Result<()> {
 fn names(rig: &[Light]) -> impl Iterator<Item = String> {
     rig.iter().enumerate().map(|(index, light)| {
         let of_role = |lights: &[Light]| lights.iter().filter(|l| l.role == light.role).count();
-        let role = light.role.name();
+        let role = match light.role {
+            Role::Key => "key",
+            Role::Fill => "fill",
+            Role::Rim => "rim",
+        };
         if of_role(rig) == 1 {
             format!("klieg {role}")
         } else {
@@ -116,11 +120,10 @@ fn add_light(document: &mut Document, light: Value) -> Result<usize> {
     if used.iter().all(|name| name != EXTENSION) {
         used.push(EXTENSION.into());
     }
-    let mut extension = document.root.entry("extensions").or_insert_with(|| json!({}));
-    if let Some(extensions) = extension.as_object_mut() {
-        extension = extensions.entry(EXTENSION).or_insert_with(|| json!({}));
-    }
-    match extension.as_object_mut().and_then(|extension| array(extension, "lights")) {
+    let lights = object(&mut document.root, "extensions")
+        .and_then(|extensions| object(extensions, EXTENSION))
+        .and_then(|extension| array(extension, "lights"));
+    match lights {
         Some(lights) => {
             lights.push(light);
             Ok(lights.len() - 1)
@@ -153,8 +156,7 @@ fn light_node(light: &Light, view: &View, name: &str, index: usize) -> Value {
             node["rotation"] = json!(DQuat::from_rotation_arc(DVec3::Z, towards).to_array());
         }
     }
-    let extras =
-        LightExtras { role: light.role, diffuse: light.diffuse, specular: light.specular };
+    let extras = LightExtras { role: light.role, diffuse: light.diffuse, specular: light.specular };
     node["extensions"] = json!({ EXTENSION: { "light": index } });
     node["extras"] = json!({ EXTRAS: { "light": extras } });
     node

@@ -5,7 +5,6 @@ pub mod framing;
 pub mod lights;
 pub mod lit;
 pub mod load;
-pub mod uri;
 pub mod view;
 
 use bytemuck::{Pod, Zeroable};
