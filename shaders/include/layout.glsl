@@ -59,4 +59,63 @@ layout(set = 0, binding = 16, std430) buffer ViewStatistics {
     float background_depth; // the largest object depth + 1
 } view_statistics;
 
+// The population's pictures: sRGB-encoded luminance 0..1, NO_OBJECT in the background.
+layout(set = 0, binding = 17) uniform texture2DArray pictures;
+const float NO_OBJECT = -1.0;
+
+struct Light {
+    vec3 position; // of a point light, or the unit direction towards a directional one
+    float radius2; // R * R of a point light; 0 marks a directional one
+    float diffuse;
+    float specular;
+    vec2 padding;
+};
+layout(set = 0, binding = 18, std430) readonly buffer Lights {
+    Light lights[];
+};
+
+// Partial results, one for each column of each strip of rows of each picture.
+struct Moments {
+    uint count; // object pixels
+    float mean;
+    float deviation; // sum of the squared distances from the mean
+};
+struct Gradient {
+    float surface; // sum over SURFACE of |grad I|
+    float edge; // sum over EDGE of min(1, |grad I| / edge_contrast)
+};
+layout(set = 0, binding = 19, std430) buffer HistogramParts {
+    uint histogram_parts[]; // BINS / 4 words, a byte for each bin
+};
+layout(set = 0, binding = 20, std430) buffer MomentParts {
+    Moments moment_parts[];
+};
+layout(set = 0, binding = 21, std430) buffer GradientParts {
+    Gradient gradient_parts[];
+};
+
+layout(set = 0, binding = 22, std430) writeonly buffer Scores {
+    float scores[];
+};
+struct Detail {
+    float edge; // the five terms
+    float mean;
+    float grad;
+    float var;
+    float hist;
+    float picture_edge_contrast; // and what they were made from
+    float picture_mean;
+    float picture_variance;
+    float picture_gradient;
+    uint histogram[32];
+};
+layout(set = 0, binding = 23, std430) writeonly buffer Details {
+    Detail details[];
+};
+
+// The chunk's first individual, where a population takes several draws.
+layout(push_constant) uniform Chunk {
+    uint first;
+} chunk;
+
 #endif

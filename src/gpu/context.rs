@@ -19,6 +19,9 @@ pub struct ContextOptions {
     /// Whether the validation layer, synchronisation included, watches every call: for tests. What
     /// it says is in [`Context::validation_messages`].
     pub validation: bool,
+    /// Bytes for the pictures of a population, at most; a population that needs more is drawn in
+    /// several parts. Half of the device's memory where not given.
+    pub picture_memory: Option<u64>,
 }
 
 /// What has been made and read back since the context began.
@@ -53,6 +56,7 @@ pub struct Context {
     limits: vk::PhysicalDeviceLimits,
     queue_family: u32,
     physical: vk::PhysicalDevice,
+    picture_memory: u64,
     // Dropped in this order.
     device: OwnedDevice,
     instance: OwnedInstance,
@@ -103,6 +107,7 @@ impl Context {
             .then(|| ext::debug_utils::Device::new(&instance.raw, &device.raw));
         // SAFETY: `physical` is a device of the living instance.
         let limits = unsafe { instance.raw.get_physical_device_properties(physical) }.limits;
+        let picture_memory = options.picture_memory.unwrap_or(report.memory / 2);
         Ok(Arc::new(Self {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue: Mutex::new(queue),
@@ -112,6 +117,7 @@ impl Context {
             limits,
             queue_family,
             physical,
+            picture_memory,
             device,
             instance,
         }))
@@ -145,6 +151,11 @@ impl Context {
     /// The device's limits.
     pub(crate) fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.limits
+    }
+
+    /// Bytes for the pictures of a population.
+    pub(super) fn picture_memory(&self) -> u64 {
+        self.picture_memory
     }
 
     /// The family of the queue.

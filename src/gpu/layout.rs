@@ -3,8 +3,8 @@
 //! two by reflection.
 
 use super::pipeline::Binding;
-use crate::objective::Objective;
 use crate::lighting::shading::Shading;
+use crate::objective::{HISTOGRAM_BINS, Objective};
 use crate::scene::view::View;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -87,6 +87,55 @@ pub struct ViewStatistics {
     pub normal_detail: f32,
     /// The background's depth: the largest object depth + 1, scene radii.
     pub background_depth: f32,
+}
+
+/// Element of the storage block `MomentParts`: a column of a strip of a picture.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct MomentPart {
+    /// Object pixels.
+    pub count: u32,
+    /// Their mean.
+    pub mean: f32,
+    /// Sum of their squared distances from the mean.
+    pub deviation: f32,
+}
+
+/// Element of the storage block `GradientParts`: a column of a strip of a picture.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct GradientPart {
+    /// Sum over SURFACE of `|∇I|`.
+    pub surface: f32,
+    /// Sum over EDGE of `min(1, |∇I| / edge_contrast)`.
+    pub edge: f32,
+}
+
+/// Element of the storage block `Details`: an individual's terms, and what they were made from
+/// ([`crate::objective::Statistics`]).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Detail {
+    /// `F_edge`.
+    pub edge: f32,
+    /// `F_mean`.
+    pub mean: f32,
+    /// `F_grad`.
+    pub grad: f32,
+    /// `F_var`.
+    pub var: f32,
+    /// `F_hist`.
+    pub hist: f32,
+    /// Mean over EDGE of the contrast.
+    pub picture_edge_contrast: f32,
+    /// Mean brightness.
+    pub picture_mean: f32,
+    /// Variance of the brightness.
+    pub picture_variance: f32,
+    /// Mean gradient over SURFACE.
+    pub picture_gradient: f32,
+    /// Object pixels in each bin.
+    pub histogram: [u32; HISTOGRAM_BINS],
 }
 
 /// Numbers of the bindings of the view's descriptor set, which all of its stages share.

@@ -6,10 +6,13 @@
 mod commands;
 mod context;
 mod devices;
+mod evaluator;
+mod generation;
 mod instance;
 pub mod layout;
 mod memory;
 mod pipeline;
+mod population;
 mod requirements;
 pub mod shaders;
 #[cfg(test)]
@@ -18,6 +21,7 @@ mod view;
 
 pub use context::{Context, ContextOptions, Counters};
 pub use devices::{DeviceChoice, DeviceReport, devices};
+pub use evaluator::GpuEvaluator;
 
 use crate::{Error, Result};
 use ash::vk;
