@@ -47,7 +47,7 @@ pub(super) fn open(device: &Device) -> Result<Opened> {
         (Ok(Chosen::Cpu), _) => Ok(Opened::Cpu),
         (Ok(Chosen::Vulkan(index)), _) => {
             let device = DeviceChoice::Index(index);
-            Context::new(&ContextOptions { device, validation: false }).map(Opened::Vulkan)
+            Context::new(&ContextOptions { device, ..ContextOptions::default() }).map(Opened::Vulkan)
         }
         (Err(_), Some(no_vulkan)) => Err(no_vulkan),
         (Err(fault), None) => Err(fault),
@@ -86,15 +86,15 @@ fn by_name(part: &str, reports: &[DeviceReport]) -> Result<Chosen> {
     if let Some(report) = found.first() {
         return Ok(Chosen::Vulkan(report.index));
     }
-    if named(&crate::cpu::device_info()) {
+    if named(&crate::cpu::device()) {
         return Ok(Chosen::Cpu);
     }
     Err(missing(&format!("named '{part}'"), reports))
 }
 
 fn missing(what: &str, reports: &[DeviceReport]) -> Error {
-    let names = reports.iter().map(|report| report.info.name.as_str());
-    let names = names.chain([crate::cpu::device_info().name.as_str()]).enumerate();
+    let names = reports.iter().map(|report| report.info.name.clone());
+    let names = names.chain([crate::cpu::device().name]).enumerate();
     let names: Vec<_> = names.map(|(i, name)| format!("{i}: {name}")).collect();
     Error::Argument(format!("there is no device {what}; there are {}", names.join(", ")))
 }

@@ -54,7 +54,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     };
     let auto = number(device::choose(&Device::Auto, &reports)?);
     let vulkan = device::choose(&Device::Vulkan, &reports).ok().map(number);
-    let native = Entry::Cpu { index: cpu, info: crate::cpu::device_info(), lacks: [] };
+    let native = Entry::Cpu { index: cpu, info: crate::cpu::device(), lacks: [] };
     let listing = Listing {
         schema: "klieg.devices/1",
         klieg: env!("CARGO_PKG_VERSION"),

@@ -50,7 +50,7 @@ fn lights(lights: &[LightRecord]) -> Table {
 /// An empty table with a header, its columns but the first aligned to the right.
 pub(super) fn columns(names: &[&str], more: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header(names.iter().chain(more));
+    table.load_style(presets::NOTHING).set_header(names.iter().chain(more));
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }

@@ -32,13 +32,10 @@ pub(super) enum Engine {
 
 impl Engine {
     /// The GPU's time for each stage of the last population, milliseconds; none for the CPU.
-    ///
-    /// # Errors
-    /// What the device reports.
-    pub fn stage_times(&self) -> crate::Result<Vec<(&'static str, f64)>> {
+    pub fn stage_times(&self) -> &[(&'static str, f64)] {
         match self {
-            Self::Cpu(_) => Ok(Vec::new()),
-            Self::Vulkan(evaluator) => evaluator.stage_times(),
+            Self::Cpu(_) => &[],
+            Self::Vulkan(evaluator) => evaluator.timings(),
         }
     }
 }
@@ -194,7 +191,8 @@ pub(super) fn evaluator(
             Engine::Cpu(CpuEvaluator::new(maps, view, objective, shading))
         }
         Opened::Vulkan(context) => {
-            Engine::Vulkan(GpuEvaluator::new(context, scene, view, objective, shading)?)
+            let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
+            Engine::Vulkan(GpuEvaluator::with_maps(&context, &maps, view, objective, shading)?)
         }
     })
 }

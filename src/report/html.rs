@@ -10,6 +10,7 @@ use anyhow::{Context, Result, anyhow};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use image::RgbImage;
+use minijinja::value::Serde;
 use minijinja::{Environment, context};
 use serde::Serialize;
 
@@ -77,13 +78,13 @@ impl Sheet<'_> {
         let title = std::path::Path::new(&self.design.header.scene).file_name();
         let page = context! {
             title => title.map_or("scene".into(), |name| name.to_string_lossy()),
-            result => self.design,
+            result => Serde(self.design),
             change => self.change(),
-            terms => self.terms(),
+            terms => Serde(self.terms()),
             best => data_uri(self.best)?,
             headlight => data_uri(self.headlight)?,
             plot => plot,
-            spots => spots,
+            spots => Serde(spots),
             radius => radius,
             settings => self.settings,
         };
