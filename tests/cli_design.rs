@@ -21,8 +21,7 @@ fn keys(value: &Value, prefix: &str, out: &mut Vec<String>) {
     match value {
         Value::Object(map) => {
             for (key, value) in map {
-                let name =
-                    if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+                let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
                 keys(value, &name, out);
             }
         }
@@ -73,16 +72,44 @@ fn the_schema_of_the_result() {
     let mut found = Vec::new();
     keys(&result, "", &mut found);
     found.sort();
-    let terms = |prefix: &str| ["edge", "grad", "hist", "mean", "var"].map(|t| format!("{prefix}.{t}"));
+    let terms =
+        |prefix: &str| ["edge", "grad", "hist", "mean", "var"].map(|t| format!("{prefix}.{t}"));
     let mut expected: Vec<String> = [
-        "schema", "klieg", "scene", "seed", "size", "score", "generations", "evaluations",
-        "camera.name", "camera.type", "camera.yfov_deg", "camera.position", "camera.right",
-        "camera.up", "camera.back", "device.name", "device.type", "device.driver",
-        "objective.targets.mean", "objective.targets.edge_contrast",
-        "objective.targets.edge_sobel", "objective.targets.edge_laplace", "headlight.score",
-        "lights[].role", "lights[].kind", "lights[].elevation_deg", "lights[].azimuth_deg",
-        "lights[].distance", "lights[].diffuse", "lights[].specular", "lights[].position",
-        "timing_ms.load", "timing_ms.maps", "timing_ms.search", "timing_ms.total",
+        "schema",
+        "klieg",
+        "scene",
+        "seed",
+        "size",
+        "score",
+        "generations",
+        "evaluations",
+        "camera.name",
+        "camera.type",
+        "camera.yfov_deg",
+        "camera.position",
+        "camera.right",
+        "camera.up",
+        "camera.back",
+        "device.name",
+        "device.type",
+        "device.driver",
+        "objective.targets.mean",
+        "objective.targets.edge_contrast",
+        "objective.targets.edge_sobel",
+        "objective.targets.edge_laplace",
+        "headlight.score",
+        "lights[].role",
+        "lights[].kind",
+        "lights[].elevation_deg",
+        "lights[].azimuth_deg",
+        "lights[].distance",
+        "lights[].diffuse",
+        "lights[].specular",
+        "lights[].position",
+        "timing_ms.load",
+        "timing_ms.maps",
+        "timing_ms.search",
+        "timing_ms.total",
     ]
     .map(String::from)
     .to_vec();
@@ -129,7 +156,8 @@ fn a_lit_scene_scores_as_it_was_designed() {
         place.design(kind, &["--kind", kind, "--lights", "3"]).assert().success();
         let result = place.read_json(&format!("{kind}/result.json"));
         let lit = format!("{kind}/lit.glb");
-        let output = place.klieg(&["score", &lit, "--json"]).assert().success().get_output().clone();
+        let output =
+            place.klieg(&["score", &lit, "--json"]).assert().success().get_output().clone();
         let score: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(score["rig"], "scene");
         assert_eq!(score["size"], result["size"]);
@@ -175,10 +203,14 @@ fn options_go_before_the_configuration() {
     place.klieg(&base).args(["a"]).assert().success();
     let result = place.read_json("a/result.json");
     assert_eq!((&result["seed"], &result["size"]), (&5.into(), &serde_json::json!([20, 30])));
-    assert_eq!((&result["lights"][0]["role"], &result["lights"][0]["kind"]), (&"rim".into(), &"directional".into()));
+    assert_eq!(
+        (&result["lights"][0]["role"], &result["lights"][0]["kind"]),
+        (&"rim".into(), &"directional".into())
+    );
     assert_eq!(result["lights"][0]["position"], Value::Null);
     assert_eq!(result["generations"], 2);
-    let more = ["b", "--seed", "6", "--size", "32x32", "--lights", "key,rim", "--weights", "edge=1"];
+    let more =
+        ["b", "--seed", "6", "--size", "32x32", "--lights", "key,rim", "--weights", "edge=1"];
     place.klieg(&base).args(more).assert().success();
     let result = place.read_json("b/result.json");
     assert_eq!((&result["seed"], &result["size"]), (&6.into(), &serde_json::json!([32, 32])));

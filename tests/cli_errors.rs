@@ -108,5 +108,8 @@ fn no_arguments_and_help() {
         assert!(help.contains(command), "{help}");
         klieg(&[command, "--help"]).assert().success();
     }
-    klieg(&["--version"]).assert().success().stdout(format!("klieg {}\n", env!("CARGO_PKG_VERSION")));
+    klieg(&["--version"])
+        .assert()
+        .success()
+        .stdout(format!("klieg {}\n", env!("CARGO_PKG_VERSION")));
 }

@@ -45,8 +45,18 @@ fn an_analysis_agrees_with_its_arrays() {
     let analysis = json_of(&place, &arguments);
     assert_eq!(analysis, place.read_json("maps/analyze.json"));
     let expected = [
-        "analyze.json", "base_color.npy", "clusters.png", "code.npy", "code.png", "depth.npy",
-        "depth.png", "edges.png", "normal.npy", "normals.png", "types.npy", "types.png",
+        "analyze.json",
+        "base_color.npy",
+        "clusters.png",
+        "code.npy",
+        "code.png",
+        "depth.npy",
+        "depth.png",
+        "edges.png",
+        "normal.npy",
+        "normals.png",
+        "types.npy",
+        "types.png",
     ];
     assert_eq!(place.list("maps"), expected);
     for name in expected.iter().filter(|name| name.ends_with(".png")) {
@@ -54,7 +64,8 @@ fn an_analysis_agrees_with_its_arrays() {
         assert_eq!((picture.width(), picture.height()), (50, 40));
     }
     for array in analysis["arrays"].as_array().unwrap() {
-        let bytes = std::fs::read(place.path("maps").join(array["file"].as_str().unwrap())).unwrap();
+        let bytes =
+            std::fs::read(place.path("maps").join(array["file"].as_str().unwrap())).unwrap();
         let file = npyz::NpyFile::new(&bytes[..]).unwrap();
         assert_eq!(json!(file.shape()), array["shape"]);
     }
@@ -97,7 +108,8 @@ fn the_list_of_devices_ends_with_the_native_evaluator() {
         assert!(text.contains(device["name"].as_str().unwrap()), "{text}");
     }
     let index = native["index"].to_string();
-    let score = ["score", "ball.gltf", "--preset", "headlight", "--size", "16x16", "--device", &index];
+    let score =
+        ["score", "ball.gltf", "--preset", "headlight", "--size", "16x16", "--device", &index];
     assert_eq!(json_of(&place, &score)["device"]["type"], "cpu");
 }
 
@@ -115,7 +127,8 @@ fn a_benchmark_has_a_row_for_each_combination() {
         let rate = row["population"].as_f64().unwrap() / time("median_ms") * 1e3;
         assert!((time("evaluations_per_second") / rate - 1.0).abs() < 1e-9);
     }
-    let text = place.klieg(&["bench", "ball.gltf", "--size", "16x16", "--runs", "2"]).assert().success();
+    let text =
+        place.klieg(&["bench", "ball.gltf", "--size", "16x16", "--runs", "2"]).assert().success();
     let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
     assert!(text.contains("median ms") && text.contains("16x16"), "{text}");
 }

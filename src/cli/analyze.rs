@@ -168,10 +168,22 @@ fn write_arrays(maps: &Maps, staging: &mut Staging) -> Result<Vec<Array>> {
     let mut arrays = Vec::new();
     for (file, dtype, shape, unit, bytes) in [
         ("code.npy", "uint32", &plane[..], "polygon number, 0 in the background", code),
-        ("depth.npy", "float32", &plane, "scene radii along the view axis", npy::array(&plane, depth)?),
+        (
+            "depth.npy",
+            "float32",
+            &plane,
+            "scene radii along the view axis",
+            npy::array(&plane, depth)?,
+        ),
         ("normal.npy", "float32", &vectors, "unit vector: right, up, to the viewer", normal),
         ("base_color.npy", "float32", &vectors, "linear RGB", color),
-        ("types.npy", "uint8", &plane, "0 background, 1 surface, 2 edge", npy::array(&plane, types)?),
+        (
+            "types.npy",
+            "uint8",
+            &plane,
+            "0 background, 1 surface, 2 edge",
+            npy::array(&plane, types)?,
+        ),
     ] {
         staging.write(file, bytes)?;
         arrays.push(Array { file, dtype, shape: shape.to_vec(), unit });

@@ -5,12 +5,12 @@ use super::options::{Kind, SceneOptions};
 use super::session::{self, Engine, SIZE, milliseconds};
 use super::values::{Device, Lights, Size};
 use super::{device, print};
+use crate::Error;
 use crate::evaluate::DeviceInfo;
 use crate::lighting::genome::{Genome, Range};
 use crate::lighting::{LightKind, MAX_LIGHTS, Population};
 use crate::report::json;
 use crate::scene::Scene;
-use crate::Error;
 use anyhow::Result;
 use clap::Args;
 use rand::SeedableRng;
@@ -234,7 +234,8 @@ fn show(bench: &Bench) {
     let Bench { scene, polygons, runs, warm_up, load_ms, .. } = bench;
     println!("{scene}: {polygons} polygons, loaded in {load_ms:.0} ms");
     println!("median and 95th percentile of {runs} generations after {warm_up}\n");
-    let names = ["device", "size", "lights", "N", "median ms", "p95 ms", "evaluations/s", "maps ms"];
+    let names =
+        ["device", "size", "lights", "N", "median ms", "p95 ms", "evaluations/s", "maps ms"];
     let mut table = print::columns(&names, &[]);
     for row in &bench.rows {
         table.add_row([

@@ -2,9 +2,9 @@
 
 use super::config::Settings;
 use super::options::{Kind, SceneOptions, TargetOptions};
+use super::print;
 use super::session::{Session, milliseconds};
 use super::values::Lights;
-use super::print;
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
 use crate::lighting::start;

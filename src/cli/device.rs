@@ -47,7 +47,8 @@ pub(super) fn open(device: &Device) -> Result<Opened> {
         (Ok(Chosen::Cpu), _) => Ok(Opened::Cpu),
         (Ok(Chosen::Vulkan(index)), _) => {
             let device = DeviceChoice::Index(index);
-            Context::new(&ContextOptions { device, ..ContextOptions::default() }).map(Opened::Vulkan)
+            Context::new(&ContextOptions { device, ..ContextOptions::default() })
+                .map(Opened::Vulkan)
         }
         (Err(_), Some(no_vulkan)) => Err(no_vulkan),
         (Err(fault), None) => Err(fault),

@@ -89,7 +89,13 @@ fn show(listing: &Listing) {
         if matches!(entry, Entry::Cpu { .. }) {
             names.push("cpu".into());
         }
-        table.add_row([names.join(", "), info.name.clone(), info.kind.into(), info.driver.clone(), able]);
+        table.add_row([
+            names.join(", "),
+            info.name.clone(),
+            info.kind.into(),
+            info.driver.clone(),
+            able,
+        ]);
     }
     println!("{table}");
     if let Some(fault) = &listing.no_vulkan {

@@ -1,8 +1,8 @@
 //! `klieg score`: the quality of a given rig.
 
 use super::options::{Kind, SceneOptions, TargetOptions};
-use super::session::{Session, warn};
 use super::print;
+use super::session::{Session, warn};
 use super::values::LightArg;
 use crate::lighting::presets::Preset;
 use crate::lighting::{LightKind, MAX_LIGHTS, Rig, Role};

@@ -3,6 +3,7 @@
 use super::config::{Settings, ViewSettings};
 use super::device::{self, Opened};
 use super::values::{Device, Size};
+use crate::Error;
 use crate::cpu::{self, CpuEvaluator};
 use crate::evaluate::Evaluator;
 use crate::gpu::GpuEvaluator;
@@ -12,7 +13,6 @@ use crate::report::picture::BACKGROUND;
 use crate::scene::framing::{Framing, frame};
 use crate::scene::view::{Camera, View};
 use crate::scene::{self, Scene};
-use crate::Error;
 use anyhow::Result;
 use image::RgbImage;
 use std::ops::{Deref, DerefMut};

@@ -202,7 +202,10 @@ impl FromStr for Weights {
         let parts: Vec<&str> = text.split(',').map(str::trim).collect();
         if !text.contains('=') {
             if parts.len() != 5 {
-                return Err(format!("{} numbers instead of 5 (edge,mean,grad,var,hist)", parts.len()));
+                return Err(format!(
+                    "{} numbers instead of 5 (edge,mean,grad,var,hist)",
+                    parts.len()
+                ));
             }
             for (weight, part) in weights.iter_mut().zip(parts) {
                 *weight = Some(weight_value(part)?);
@@ -210,12 +213,12 @@ impl FromStr for Weights {
             return Ok(Self(weights));
         }
         for part in parts {
-            let (name, value) = part
-                .split_once('=')
-                .ok_or_else(|| format!("'{part}' is not a pair name=value"))?;
-            let at = Terms::NAMES.iter().position(|known| *known == name.trim()).ok_or_else(|| {
-                format!("'{name}' is not a term: they are {}", Terms::NAMES.join(", "))
-            })?;
+            let (name, value) =
+                part.split_once('=').ok_or_else(|| format!("'{part}' is not a pair name=value"))?;
+            let at =
+                Terms::NAMES.iter().position(|known| *known == name.trim()).ok_or_else(|| {
+                    format!("'{name}' is not a term: they are {}", Terms::NAMES.join(", "))
+                })?;
             weights[at] = Some(weight_value(value)?);
         }
         Ok(Self(weights))
@@ -307,7 +310,14 @@ mod tests {
         assert_eq!(terms.to_array(), [1.5, 0.2, 0.2, 0.0, 0.2]);
         "1,2,3,4,5".parse::<Weights>().unwrap().apply(&mut terms);
         assert_eq!(terms.to_array(), [1.0, 2.0, 3.0, 4.0, 5.0]);
-        refused::<Weights>(&["1,2,3", "1,2,3,4,nan", "-1,0,0,0,0", "size=1", "edge=1,3", "edge=inf"]);
+        refused::<Weights>(&[
+            "1,2,3",
+            "1,2,3,4,nan",
+            "-1,0,0,0,0",
+            "size=1",
+            "edge=1,3",
+            "edge=inf",
+        ]);
     }
 
     #[test]
@@ -316,6 +326,13 @@ mod tests {
         let light = light.light(LightKind::Point, Role::Key);
         assert_eq!((light.distance, light.diffuse, light.specular), (2.5, 1.0, 0.5));
         assert_eq!(light.azimuth, (-45f32).to_radians());
-        refused::<LightArg>(&["", "1,2,3,4", "91,0,2,1,1", "0,0,0,1,1", "0,0,2,-1,1", "0,0,2,inf,1"]);
+        refused::<LightArg>(&[
+            "",
+            "1,2,3,4",
+            "91,0,2,1,1",
+            "0,0,0,1,1",
+            "0,0,2,-1,1",
+            "0,0,2,inf,1",
+        ]);
     }
 }

@@ -86,7 +86,7 @@ impl Sheet<'_> {
             plot => plot,
             spots => Serde(spots),
             radius => radius,
-            settings => self.settings,
+            settings => self.settings.clone(),
         };
         environment.get_template("report.html")?.render(page).context("the report's template")
     }

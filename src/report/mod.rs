@@ -29,7 +29,8 @@ impl Staging {
     pub fn new(target: &Path) -> Result<Self> {
         let fault = |source| Error::Output { path: target.into(), source };
         std::fs::create_dir_all(target).map_err(fault)?;
-        let folder = tempfile::Builder::new().prefix(".klieg-").tempdir_in(target).map_err(fault)?;
+        let folder =
+            tempfile::Builder::new().prefix(".klieg-").tempdir_in(target).map_err(fault)?;
         Ok(Self { target: target.into(), folder, names: Vec::new() })
     }
 

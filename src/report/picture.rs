@@ -30,8 +30,8 @@ pub fn code(maps: &Maps) -> RgbImage {
 pub fn depth(maps: &Maps) -> RgbImage {
     let surface = &maps.surface;
     let objects = || surface.depth.iter().zip(&surface.code).filter(|(_, code)| **code != 0);
-    let (near, far) = objects()
-        .fold((f32::INFINITY, f32::NEG_INFINITY), |(n, f), (&d, _)| (n.min(d), f.max(d)));
+    let (near, far) =
+        objects().fold((f32::INFINITY, f32::NEG_INFINITY), |(n, f), (&d, _)| (n.min(d), f.max(d)));
     let range = (far - near).max(f32::MIN_POSITIVE);
     draw(maps, |at| [grey(1.0 - 0.8 * (surface.depth[at] - near) / range); 3])
 }
@@ -128,7 +128,8 @@ mod tests {
         };
         let types =
             vec![PixelType::Background, PixelType::Edge, PixelType::Surface, PixelType::Surface];
-        let maps = Maps { surface, types, sobel: vec![0.01; 4], visible: vec![1, 2], ..Maps::default() };
+        let maps =
+            Maps { surface, types, sobel: vec![0.01; 4], visible: vec![1, 2], ..Maps::default() };
         let clustering = Clustering { clusters: Vec::new(), labels: vec![0, 1] };
         let pictures = [
             code(&maps),

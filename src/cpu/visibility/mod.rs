@@ -149,10 +149,10 @@ impl Painter<'_> {
             roughness: vec![0.0; n],
             emissive: vec![[0.0; 3]; n],
         };
-        let Surface { depth, position, normal, base_color, metallic, roughness, emissive, .. } =
+        let Surface { code, depth, position, normal, base_color, metallic, roughness, emissive, .. } =
             &mut surface;
         let attributes = (depth, position, normal, base_color, metallic, roughness, emissive);
-        (&surface.code, attributes.into_par_iter())
+        (&*code, attributes.into_par_iter())
             .into_par_iter()
             .enumerate()
             .filter(|(_, (code, _))| **code != 0)
