@@ -11,9 +11,17 @@ pub mod moments;
 pub mod normal_detail;
 pub mod pixel_types;
 pub mod population;
+pub mod visibility;
 pub mod visible;
 
+mod compact;
+mod evaluator;
+mod fast_math;
+mod kernels;
 mod neighbourhood;
+mod texture;
+
+pub use evaluator::{CpuEvaluator, device};
 
 use crate::objective::Objective;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};

@@ -1,5 +1,10 @@
 //! The scene as it is drawn: triangles, materials, textures, cameras and lights, all in world space.
 
+pub mod camera;
+pub mod framing;
+pub mod lights;
+pub mod lit;
+pub mod load;
 pub mod view;
 
 use bytemuck::{Pod, Zeroable};

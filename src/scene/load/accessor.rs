@@ -1,0 +1,251 @@
+//! Accessors (glTF 2.0, 3.6.2), every bound checked before anything is read.
+
+use super::Parsed;
+use gltf::json::accessor::{Accessor, ComponentType, Type};
+use gltf::json::buffer::View;
+use gltf::json::validation::Checked;
+use gltf::json::{Index, Root};
+use std::borrow::Cow;
+use std::cell::Cell;
+
+/// Most elements and indices that a file's meshes may read together, each use counted. Bounds time
+/// and memory for files in which a few bytes stand for much, as shared or sparse accessors can.
+const MAX_ELEMENTS: u64 = 1 << 29;
+
+/// Components of attributes, KHR_mesh_quantization included.
+pub const NUMBERS: &[ComponentType] = &[
+    ComponentType::F32,
+    ComponentType::I8,
+    ComponentType::U8,
+    ComponentType::I16,
+    ComponentType::U16,
+];
+/// Components of indices.
+pub const INDICES: &[ComponentType] = &[ComponentType::U8, ComponentType::U16, ComponentType::U32];
+
+/// Reads the accessors of a file.
+pub struct Accessors<'a> {
+    root: &'a Root,
+    buffers: &'a [Cow<'a, [u8]>],
+    left: Cell<u64>,
+}
+
+/// What a use of an accessor asks of it.
+pub struct Wanted<'w> {
+    /// Element types.
+    pub types: &'w [Type],
+    /// Component types.
+    pub components: &'w [ComponentType],
+    /// Whether integers stand for 0..1 or −1..1 even where the accessor does not say so.
+    pub normalized: bool,
+}
+
+/// The elements of an accessor.
+pub struct Elements<'a> {
+    bytes: Cow<'a, [u8]>,
+    stride: usize,
+    count: usize,
+    width: usize,
+    component: ComponentType,
+    normalized: bool,
+}
+
+impl<'a> Accessors<'a> {
+    /// Accessors of a file whose buffers are `buffers`.
+    pub fn new(root: &'a Root, buffers: &'a [Cow<'a, [u8]>]) -> Self {
+        Self { root, buffers, left: Cell::new(MAX_ELEMENTS) }
+    }
+
+    /// Takes `count` elements off what may still be read.
+    pub fn charge(&self, count: usize) -> Parsed<()> {
+        let left = self.left.get().checked_sub(count as u64).ok_or_else(|| {
+            format!("the file's meshes read more than {MAX_ELEMENTS} vertices and indices")
+        })?;
+        self.left.set(left);
+        Ok(())
+    }
+
+    /// Opens an accessor; nothing is allocated but for sparse ones.
+    pub fn open(&self, index: Index<Accessor>, wanted: &Wanted) -> Parsed<Elements<'a>> {
+        self.open_checked(index, wanted)
+            .map_err(|fault| format!("accessors[{}]: {fault}", index.value()))
+    }
+
+    fn open_checked(&self, index: Index<Accessor>, wanted: &Wanted) -> Parsed<Elements<'a>> {
+        let accessor = self.root.get(index).ok_or("is not there")?;
+        let (Checked::Valid(component), Checked::Valid(element)) =
+            (accessor.component_type, accessor.type_)
+        else {
+            return Err("its type or component type is none of glTF's".into());
+        };
+        let component = component.0;
+        if !wanted.components.contains(&component) || !wanted.types.contains(&element) {
+            return Err(format!("elements {element:?} of {component:?} cannot be used here"));
+        }
+        let width = element.multiplicity();
+        let size = width * component.size();
+        let count = usize::try_from(accessor.count.0).map_err(|_| "its count is too great")?;
+        let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
+        let (mut bytes, mut stride) = match accessor.buffer_view {
+            Some(view) => {
+                let (bytes, stride) = self.slice(view, offset, count, size)?;
+                (Cow::Borrowed(bytes), stride)
+            }
+            // Zeros: the same ones for all elements.
+            None => (Cow::Borrowed(&[0; 64][..]), 0),
+        };
+        if let Some(sparse) = &accessor.sparse {
+            self.charge(count)?;
+            bytes = Cow::Owned(tight(&bytes, stride, size, count)?);
+            stride = size;
+            self.patch(bytes.to_mut(), sparse, size).map_err(|fault| format!("sparse: {fault}"))?;
+        }
+        let normalized = accessor.normalized || wanted.normalized;
+        Ok(Elements { bytes, stride, count, width, component, normalized })
+    }
+
+    /// The bytes of a view, beginning at `offset`, and its stride; all `count` elements lie within.
+    fn slice(
+        &self,
+        view: Index<View>,
+        offset: u64,
+        count: usize,
+        size: usize,
+    ) -> Parsed<(&'a [u8], usize)> {
+        let bytes = view_bytes(self.root, self.buffers, view)?;
+        let stride = self.root.get(view).and_then(|view| view.byte_stride).map_or(size, |s| s.0);
+        if stride < size {
+            return Err(format!("elements of {size} bytes overlap at a byteStride of {stride}"));
+        }
+        let end = (count as u64)
+            .checked_sub(1)
+            .map_or(Some(0), |last| last.checked_mul(stride as u64)?.checked_add(size as u64))
+            .and_then(|length| length.checked_add(offset));
+        if end.is_none_or(|end| end > bytes.len() as u64) {
+            return Err(format!(
+                "{count} elements at byte {offset} do not fit in bufferViews[{}] of {} bytes",
+                view.value(),
+                bytes.len()
+            ));
+        }
+        // With no elements the offset may lie anywhere.
+        Ok((bytes.get(offset as usize..).unwrap_or_default(), stride))
+    }
+
+    /// Replaces the elements of `bytes` that a sparse accessor gives.
+    fn patch(
+        &self,
+        bytes: &mut [u8],
+        sparse: &gltf::json::accessor::sparse::Sparse,
+        size: usize,
+    ) -> Parsed<()> {
+        let Checked::Valid(component) = sparse.indices.component_type else {
+            return Err("its indices have a component type that is none of glTF's".into());
+        };
+        let component = component.0;
+        let count = usize::try_from(sparse.count.0).map_err(|_| "its count is too great")?;
+        let at = &sparse.indices;
+        let (indices, stride) =
+            self.slice(at.buffer_view, at.byte_offset.0, count, component.size())?;
+        let indices = Elements {
+            bytes: Cow::Borrowed(indices),
+            stride,
+            count,
+            width: 1,
+            component,
+            normalized: false,
+        };
+        let at = &sparse.values;
+        let (values, stride) = self.slice(at.buffer_view, at.byte_offset.0, count, size)?;
+        for i in 0..count {
+            let index = indices.index(i) as usize;
+            let target =
+                index.checked_mul(size).and_then(|at| bytes.get_mut(at..)?.get_mut(..size));
+            let target = target.ok_or_else(|| format!("index {index} is out of range"))?;
+            target.copy_from_slice(&values[i * stride..][..size]);
+        }
+        Ok(())
+    }
+}
+
+/// The bytes of a buffer view.
+pub fn view_bytes<'a>(
+    root: &Root,
+    buffers: &'a [Cow<'a, [u8]>],
+    index: Index<View>,
+) -> Parsed<&'a [u8]> {
+    let view =
+        root.get(index).ok_or_else(|| format!("bufferViews[{}] is not there", index.value()))?;
+    let buffer = buffers.get(view.buffer.value()).map_or(&[][..], |buffer| &buffer[..]);
+    let offset = view.byte_offset.map_or(0, |offset| offset.0);
+    let end = offset.checked_add(view.byte_length.0).filter(|&end| end <= buffer.len() as u64);
+    let end = end.ok_or_else(|| {
+        format!(
+            "bufferViews[{}] lies outside buffers[{}] of {} bytes",
+            index.value(),
+            view.buffer.value(),
+            buffer.len()
+        )
+    })?;
+    Ok(&buffer[offset as usize..end as usize])
+}
+
+/// Elements copied out of their stride.
+fn tight(bytes: &[u8], stride: usize, size: usize, count: usize) -> Parsed<Vec<u8>> {
+    let length = count.checked_mul(size).ok_or("its count is too great")?;
+    let mut tight = Vec::with_capacity(length);
+    for i in 0..count {
+        tight.extend_from_slice(&bytes[i * stride..][..size]);
+    }
+    Ok(tight)
+}
+
+impl Elements<'_> {
+    /// Number of elements.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Number of components of an element.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// The first `N` components of element `at` as numbers.
+    pub fn floats<const N: usize>(&self, at: usize) -> [f32; N] {
+        let element = &self.bytes[at * self.stride..];
+        let bytes = |k: usize| &element[k * self.component.size()..];
+        let one = |k| [bytes(k)[0]];
+        let two = |k| [bytes(k)[0], bytes(k)[1]];
+        let four = |k| [bytes(k)[0], bytes(k)[1], bytes(k)[2], bytes(k)[3]];
+        // glTF 2.0, 3.6.2.2.
+        let scale = |limit: f32| if self.normalized { limit } else { 1.0 };
+        let low = if self.normalized { -1.0 } else { f32::NEG_INFINITY };
+        std::array::from_fn(|k| match self.component {
+            ComponentType::F32 => f32::from_le_bytes(four(k)),
+            ComponentType::U8 => f32::from(one(k)[0]) / scale(255.0),
+            ComponentType::U16 => f32::from(u16::from_le_bytes(two(k))) / scale(65535.0),
+            ComponentType::I8 => (f32::from(i8::from_le_bytes(one(k))) / scale(127.0)).max(low),
+            ComponentType::I16 => (f32::from(i16::from_le_bytes(two(k))) / scale(32767.0)).max(low),
+            ComponentType::U32 => u32::from_le_bytes(four(k)) as f32,
+        })
+    }
+
+    /// The first `N` components of element `at` as whole numbers.
+    pub fn integers<const N: usize>(&self, at: usize) -> [u32; N] {
+        let element = &self.bytes[at * self.stride..];
+        std::array::from_fn(|k| {
+            let bytes = &element[k * self.component.size()..];
+            match self.component.size() {
+                1 => u32::from(bytes[0]),
+                2 => u32::from(u16::from_le_bytes([bytes[0], bytes[1]])),
+                _ => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+            }
+        })
+    }
+
+    /// Element `at` as an index.
+    pub fn index(&self, at: usize) -> u32 {
+        self.integers::<1>(at)[0]
+    }
+}

@@ -1,0 +1,120 @@
+//! glTF's JSON: version, extensions and references.
+
+use super::{Parsed, quoted};
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::mesh::Semantic;
+use gltf::json::validation::{Checked, Error, Validate};
+use gltf::json::{Path, Root};
+use serde_json::Value;
+use std::collections::HashMap;
+
+/// Extensions that are read. Unlit materials are drawn lit, with a warning.
+const SUPPORTED: [&str; 5] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// A parsed file whose references all lead somewhere.
+pub struct Document {
+    /// The file's content.
+    pub root: Root,
+    /// KHR_texture_transform of each material's normal texture, which [`Root`] leaves out.
+    pub normal_transforms: HashMap<usize, TextureTransform>,
+}
+
+/// Parses the JSON; optional extensions that are not supported go to `warnings`.
+pub fn parse(json: &[u8], warnings: &mut Vec<String>) -> Parsed<Document> {
+    let mut value: Value =
+        serde_json::from_slice(json).map_err(|error| format!("is not valid JSON: {error}"))?;
+    check_version(&value)?;
+    check_extensions(&value, warnings)?;
+    // A scene may lack nodes, which the model does not allow for.
+    let scenes = value.get_mut("scenes").and_then(Value::as_array_mut);
+    for scene in scenes.into_iter().flatten() {
+        if let Some(scene) = scene.as_object_mut() {
+            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    let normal_transforms = normal_transforms(&value)?;
+    let root: Root =
+        serde_json::from_value(value).map_err(|error| format!("is not valid glTF: {error}"))?;
+    check_references(&root)?;
+    Ok(Document { root, normal_transforms })
+}
+
+fn check_version(value: &Value) -> Parsed<()> {
+    let asset = &value["asset"];
+    let version = asset["version"].as_str().ok_or("is not glTF: it has no asset version")?;
+    let required = asset["minVersion"].as_str().unwrap_or("2.0");
+    if version.split('.').next() != Some("2") || required != "2.0" {
+        return Err(format!("is glTF version {}; klieg reads 2.0", quoted(version)));
+    }
+    Ok(())
+}
+
+fn check_extensions(value: &Value, warnings: &mut Vec<String>) -> Parsed<()> {
+    let names = |key: &str| {
+        let names = value[key].as_array().into_iter().flatten().filter_map(Value::as_str);
+        let mut names: Vec<_> = names.filter(|name| !SUPPORTED.contains(name)).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    };
+    let required = names("extensionsRequired");
+    if !required.is_empty() {
+        let names = required.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
+        return Err(format!("requires what klieg does not support: {names}"));
+    }
+    for name in names("extensionsUsed") {
+        warnings.push(format!("extension {} is not supported and is left out", quoted(name)));
+    }
+    Ok(())
+}
+
+fn normal_transforms(value: &Value) -> Parsed<HashMap<usize, TextureTransform>> {
+    let materials = value["materials"].as_array().into_iter().flatten().enumerate();
+    let transforms = materials.filter_map(|(index, material)| {
+        let extensions = &material["normalTexture"]["extensions"];
+        Some((index, extensions.get("KHR_texture_transform")?))
+    });
+    let parse = |(index, value): (usize, &Value)| {
+        let transform = serde_json::from_value(value.clone()).map_err(|error| {
+            format!("materials[{index}].normalTexture: KHR_texture_transform: {error}")
+        })?;
+        Ok((index, transform))
+    };
+    transforms.map(parse).collect()
+}
+
+/// Every index must lead to something, whether it is drawn or not.
+fn check_references(root: &Root) -> Parsed<()> {
+    // The model's own check below looks at the accessors of positions without asking.
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+            if positions.is_some_and(|index| root.get(*index).is_none()) {
+                return Err(format!(
+                    "meshes[{m}].primitives[{p}].attributes.POSITION: index out of range"
+                ));
+            }
+        }
+    }
+    let mut faults = Vec::new();
+    let mut more = 0;
+    root.validate(root, Path::new, &mut |path, error| {
+        if error == Error::IndexOutOfBounds {
+            if faults.len() < 3 {
+                faults.push(format!("{}: index out of range", path()));
+            } else {
+                more += 1;
+            }
+        }
+    });
+    if more > 0 {
+        faults.push(format!("and {more} more"));
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults.join("; ")) }
+}

@@ -1,0 +1,321 @@
+//! glTF 2.0 files (`.gltf` and `.glb`) to a [`Scene`].
+//!
+//! Files are not trusted: every index, offset and count is checked before it is used, and what a
+//! file may take of memory and time is bounded.
+
+mod accessor;
+mod document;
+pub(super) mod files;
+mod material;
+mod mesh;
+mod nodes;
+mod pose;
+mod punctual;
+mod tangents;
+mod texture;
+
+use super::view::DesignedView;
+use super::{Instance, Material, Scene, camera};
+use crate::{Error, Result};
+use accessor::Accessors;
+use document::Document;
+use files::{MAX_BYTES, Resources};
+use glam::DMat4;
+use gltf::json::Root;
+use gltf::json::extras::RawValue;
+use material::{DEFAULT, Materials};
+use nodes::Nodes;
+use pose::Pose;
+use serde_json::Value;
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+
+/// What reading a part of a file gives; the fault is put behind the file's name in [`load`].
+type Parsed<T> = std::result::Result<T, String>;
+
+/// Most drawings of meshes in a scene.
+const MAX_INSTANCES: usize = 1 << 22;
+
+/// Loads the default scene of a glTF file.
+///
+/// Meshes stand in the pose of the file's nodes and default morph weights. What cannot be drawn as
+/// the file says is listed in [`Scene::warnings`].
+///
+/// # Errors
+/// [`Error::Input`] names the file and its fault.
+pub fn load(path: &Path) -> Result<Scene> {
+    let fault = |fault| Error::input(path, fault);
+    let data = files::read(path, MAX_BYTES).map_err(fault)?;
+    let mut scene = parse(path, &data).map_err(fault)?;
+    scene.path = path.to_owned();
+    // Says whether there is any extent to look at.
+    super::view::bounds(&scene)?;
+    Ok(scene)
+}
+
+fn parse(path: &Path, data: &[u8]) -> Parsed<Scene> {
+    let mut warnings = Vec::new();
+    let (json, bin) = files::split(data)?;
+    let document = document::parse(json, &mut warnings)?;
+    let mut resources = Resources::new(path, data.len());
+    let buffers = buffers(&document.root, bin, &mut resources)?;
+    let nodes = nodes::place(&document.root)?;
+    let accessors = Accessors::new(&document.root, &buffers);
+    let scene = Scene { warnings, ..Scene::default() };
+    let mut loader = Loader::new(&document, &accessors, &nodes, scene);
+    for &node in &nodes.in_scene {
+        loader
+            .add(node)
+            .map_err(|fault| format!("{}: {fault}", node_label(&document.root, node)))?;
+    }
+    let (mut scene, textures) = loader.finish()?;
+    scene.textures = texture::load(&document.root, &buffers, &mut resources, &textures)?;
+    Ok(scene)
+}
+
+/// The bytes of all buffers.
+fn buffers<'a>(
+    root: &Root,
+    bin: Option<&'a [u8]>,
+    resources: &mut Resources,
+) -> Parsed<Vec<Cow<'a, [u8]>>> {
+    let read = |(index, buffer): (usize, &gltf::json::Buffer)| {
+        let bytes = match (&buffer.uri, bin) {
+            (Some(uri), _) => resources.fetch(uri).map(Cow::Owned),
+            (None, Some(bin)) if index == 0 => Ok(Cow::Borrowed(bin)),
+            _ => Err("it has neither a URI nor a GLB chunk".into()),
+        };
+        let bytes = bytes.map_err(|fault| format!("buffers[{index}]: {fault}"))?;
+        match (bytes.len() as u64).cmp(&buffer.byte_length.0) {
+            std::cmp::Ordering::Less => Err(format!(
+                "buffers[{index}]{} has {} of its {} bytes",
+                buffer.uri.as_deref().map_or(String::new(), |uri| format!(" {}", quoted(uri))),
+                bytes.len(),
+                buffer.byte_length.0
+            )),
+            _ => Ok(bytes),
+        }
+    };
+    root.buffers.iter().enumerate().map(read).collect()
+}
+
+/// What tells the meshes made from one glTF mesh apart: its morph weights, as bits, and the node
+/// whose skin moves it.
+type Variant = (usize, Vec<u32>, Option<usize>);
+
+/// Builds a scene node by node.
+struct Loader<'a> {
+    document: &'a Document,
+    accessors: &'a Accessors<'a>,
+    nodes: &'a Nodes,
+    materials: Materials<'a>,
+    /// For each variant its meshes, and whether they stand in the world already.
+    known: HashMap<Variant, Rc<[(u32, bool)]>>,
+    joints: HashMap<usize, Rc<[DMat4]>>,
+    vertices: usize,
+    polygons: u32,
+    without_triangles: usize,
+    scene: Scene,
+}
+
+impl<'a> Loader<'a> {
+    fn new(
+        document: &'a Document,
+        accessors: &'a Accessors<'a>,
+        nodes: &'a Nodes,
+        scene: Scene,
+    ) -> Self {
+        Self {
+            document,
+            accessors,
+            nodes,
+            materials: Materials::new(document),
+            known: HashMap::new(),
+            joints: HashMap::new(),
+            vertices: 0,
+            polygons: 0,
+            without_triangles: 0,
+            scene,
+        }
+    }
+
+    /// Adds what a node holds: a mesh, a camera, a light.
+    fn add(&mut self, node: usize) -> Parsed<()> {
+        let root = &self.document.root;
+        let json = &root.nodes[node];
+        let world = self.nodes.world[node];
+        if let Some(mesh) = json.mesh {
+            self.add_instances(node, mesh.value())?;
+        }
+        if let Some(index) = json.camera {
+            let lens = root.get(index).ok_or("its camera is not there")?;
+            let name = json.name.as_deref().or(lens.name.as_deref()).map(|name| label(Some(name)));
+            let name = name.unwrap_or_else(|| format!("camera {}", self.scene.cameras.len()));
+            let designed = klieg(json.extras.as_deref())
+                .and_then(|value| serde_json::from_value(value.get("camera")?.clone()).ok())
+                .filter(|view: &DesignedView| !view.size.contains(&0));
+            let camera = camera::convert(lens, name, &world, designed);
+            self.scene.cameras.push(camera.map_err(|fault| format!("camera: {fault}"))?);
+        }
+        let extension = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        if let Some(extension) = extension {
+            let light = root.get(extension.light).ok_or("its light is not there")?;
+            let klieg = klieg(json.extras.as_deref());
+            let light = punctual::convert(light, json.name.as_deref(), &world, klieg);
+            self.scene.lights.push(light.map_err(|fault| format!("light: {fault}"))?);
+        }
+        Ok(())
+    }
+
+    fn add_instances(&mut self, node: usize, mesh: usize) -> Parsed<()> {
+        let meshes = self.meshes(node, mesh)?;
+        let name = label(self.document.root.nodes[node].name.as_deref());
+        for &(mesh, in_world) in meshes.iter() {
+            let world = if in_world { DMat4::IDENTITY } else { self.nodes.world[node] };
+            let determinant = world.determinant();
+            if determinant == 0.0 || !determinant.is_finite() {
+                let fault = "is scaled to nothing: left out";
+                let title = node_label(&self.document.root, node);
+                warn(&mut self.scene.warnings, format!("{title} {fault}"));
+                continue;
+            }
+            if self.scene.instances.len() == MAX_INSTANCES {
+                return Err(format!("the scene draws more than {MAX_INSTANCES} meshes"));
+            }
+            let first_polygon = self.polygons + 1;
+            let triangles = self.scene.meshes[mesh as usize].triangles();
+            // The last colour code, and one beyond it, must be 32-bit numbers.
+            self.polygons = (self.polygons.checked_add(triangles))
+                .filter(|&count| count < u32::MAX - 1)
+                .ok_or("the scene draws more triangles than 32-bit numbers can tell apart")?;
+            self.scene.instances.push(Instance { name: name.clone(), mesh, world, first_polygon });
+        }
+        Ok(())
+    }
+
+    /// The meshes of a node's primitives, built unless another node has them already.
+    fn meshes(&mut self, node: usize, mesh: usize) -> Parsed<Rc<[(u32, bool)]>> {
+        let root = &self.document.root;
+        let (json, json_mesh) = (&root.nodes[node], &root.meshes[mesh]);
+        let weights = json.weights.as_ref().or(json_mesh.weights.as_ref());
+        let morphs = json_mesh.primitives.iter().any(|p| p.targets.is_some());
+        let weights = weights.filter(|_| morphs).cloned().unwrap_or_default();
+        let bits = weights.iter().map(|weight| weight.to_bits()).collect();
+        let variant = (mesh, bits, json.skin.map(|_| node));
+        if let Some(meshes) = self.known.get(&variant) {
+            return Ok(meshes.clone());
+        }
+        let title = match &json_mesh.name {
+            Some(name) => format!("mesh {}", quoted(name)),
+            None => format!("mesh {mesh}"),
+        };
+        if morphs {
+            let text = "has morph targets: drawn with its default weights";
+            warn(&mut self.scene.warnings, format!("{title} {text}"));
+        }
+        let mut joints = None;
+        if let Some(skin) = json.skin {
+            warn(&mut self.scene.warnings, format!("{title} is skinned: drawn in its bind pose"));
+            if !self.joints.contains_key(&skin.value()) {
+                let matrices = pose::joints(root, self.accessors, skin, &self.nodes.world)?;
+                self.joints.insert(skin.value(), matrices);
+            }
+            joints = self.joints.get(&skin.value()).cloned();
+        }
+        let pose = Pose { weights, joints };
+        let mut meshes = Vec::new();
+        for index in 0..json_mesh.primitives.len() {
+            let fault = |fault| format!("{title}, primitive {index}: {fault}");
+            meshes.extend(self.primitive(mesh, index, &pose).map_err(fault)?);
+        }
+        let meshes: Rc<[_]> = meshes.into();
+        self.known.insert(variant, meshes.clone());
+        Ok(meshes)
+    }
+
+    /// Builds one primitive; `None` where it has no triangles.
+    fn primitive(&mut self, mesh: usize, index: usize, pose: &Pose) -> Parsed<Option<(u32, bool)>> {
+        let json_mesh = &self.document.root.meshes[mesh];
+        let primitive = &json_mesh.primitives[index];
+        if !mesh::has_triangles(primitive)? {
+            self.without_triangles += 1;
+            return Ok(None);
+        }
+        let uv_sets = mesh::uv_sets(primitive);
+        let warnings = &mut self.scene.warnings;
+        let material = self.materials.number(primitive.material, uv_sets, warnings)?;
+        let normal_texture = self.materials.get(material).and_then(|m| m.normal_texture);
+        let normal_uv = normal_texture.map(|texture| texture.uv_set);
+        let (mut mesh, in_world) = mesh::build(self.accessors, primitive, pose, normal_uv)?;
+        if mesh.indices.is_empty() {
+            return Ok(None);
+        }
+        self.vertices += mesh.vertices.len();
+        if self.vertices > mesh::MAX_VERTICES {
+            return Err(format!("the scene stores more than {} vertices", mesh::MAX_VERTICES));
+        }
+        mesh.name = label(json_mesh.name.as_deref());
+        mesh.material = material;
+        self.scene.meshes.push(mesh);
+        Ok(Some((self.scene.meshes.len() as u32 - 1, in_world)))
+    }
+
+    /// The scene but for its textures, and what these are.
+    fn finish(self) -> Parsed<(Scene, Vec<texture::Key>)> {
+        let mut scene = self.scene;
+        if self.without_triangles > 0 {
+            let count = self.without_triangles;
+            warn(
+                &mut scene.warnings,
+                format!("{count} primitives of points or lines are left out"),
+            );
+        }
+        if scene.instances.is_empty() {
+            return Err("its scene has no triangles".into());
+        }
+        scene.materials = self.materials.list;
+        let default = scene.materials.len() as u32;
+        scene.materials.push(Material::default());
+        for mesh in scene.meshes.iter_mut().filter(|mesh| mesh.material == DEFAULT) {
+            mesh.material = default;
+        }
+        Ok((scene, self.materials.textures))
+    }
+}
+
+/// The `klieg` object of a node's extras.
+fn klieg(extras: Option<&RawValue>) -> Option<Value> {
+    let mut extras: Value = serde_json::from_str(extras?.get()).ok()?;
+    extras.get_mut("klieg").filter(|value| value.is_object()).map(Value::take)
+}
+
+/// Adds a warning unless it has been given.
+fn warn(warnings: &mut Vec<String>, warning: String) {
+    if !warnings.contains(&warning) {
+        warnings.push(warning);
+    }
+}
+
+/// A name as it is kept: short, so that a long one cannot be multiplied by its uses.
+fn label(name: Option<&str>) -> String {
+    name.unwrap_or_default().chars().take(200).collect()
+}
+
+/// A name or URI for messages: short, and without control characters.
+fn quoted(name: &str) -> String {
+    let mut short: String = name.chars().take(100).flat_map(char::escape_debug).collect();
+    if name.chars().nth(100).is_some() {
+        short.push('…');
+    }
+    format!("'{short}'")
+}
+
+/// A node for messages.
+fn node_label(root: &Root, node: usize) -> String {
+    match root.nodes.get(node).and_then(|node| node.name.as_deref()) {
+        Some(name) => format!("node {node} {}", quoted(name)),
+        None => format!("node {node}"),
+    }
+}

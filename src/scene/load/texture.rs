@@ -1,0 +1,207 @@
+//! Images and their mip chains.
+
+use super::accessor::view_bytes;
+use super::files::Resources;
+use super::{Parsed, label, quoted};
+use crate::scene::{Texture, TextureLevel, Wrap};
+use gltf::json::Root;
+use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::io::Cursor;
+use std::sync::LazyLock;
+
+/// Longest side of an image, in pixels.
+const MAX_SIDE: u32 = 16_384;
+/// Most bytes that decoding one image may take.
+const MAX_DECODING: u64 = 1 << 30;
+/// Most pixels of all images together, each use counted.
+const MAX_PIXELS: u64 = 1 << 30;
+
+/// An image as a material uses it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Key {
+    /// Index of the glTF image.
+    pub image: usize,
+    /// Whether RGB is sRGB-encoded.
+    pub srgb: bool,
+    /// Horizontal and vertical wrap.
+    pub wrap: [Wrap; 2],
+}
+
+/// Decodes what `keys` name, each image once, and builds the mip chains.
+pub fn load(
+    root: &Root,
+    buffers: &[Cow<[u8]>],
+    resources: &mut Resources,
+    keys: &[Key],
+) -> Parsed<Vec<Texture>> {
+    let mut images: Vec<usize> = keys.iter().map(|key| key.image).collect();
+    images.sort_unstable();
+    images.dedup();
+    let mut sources = Vec::with_capacity(images.len());
+    let mut pixels = 0;
+    for &image in &images {
+        let name = |fault| format!("{}: {fault}", image_label(root, image));
+        let bytes = encoded(root, buffers, resources, image).map_err(name)?;
+        let (width, height) = dimensions(&bytes).map_err(name)?;
+        let uses = keys.iter().filter(|key| key.image == image).count() as u64;
+        pixels += u64::from(width) * u64::from(height) * (uses + 1);
+        if pixels > MAX_PIXELS {
+            return Err(format!("the images have more than {MAX_PIXELS} pixels together"));
+        }
+        sources.push(bytes);
+    }
+    let decode = |(&image, bytes): (&usize, Cow<[u8]>)| {
+        decoded(&bytes).map_err(|fault| format!("{}: {fault}", image_label(root, image)))
+    };
+    let decoded: Vec<TextureLevel> =
+        images.par_iter().zip(sources).map(decode).collect::<Parsed<_>>()?;
+    let texture = |key: &Key| {
+        let at = images.partition_point(|&image| image < key.image);
+        Texture {
+            name: label(root.images[key.image].name.as_deref()),
+            srgb: key.srgb,
+            wrap: key.wrap,
+            levels: mips(decoded[at].clone(), key.srgb),
+        }
+    };
+    Ok(keys.par_iter().map(texture).collect())
+}
+
+/// An image for messages.
+fn image_label(root: &Root, image: usize) -> String {
+    let json = &root.images[image];
+    let name = json.name.as_deref().or(json.uri.as_deref().filter(|uri| !uri.starts_with("data:")));
+    name.map_or(format!("image {image}"), |name| format!("image {image} {}", quoted(name)))
+}
+
+/// An image's PNG or JPEG.
+fn encoded<'a>(
+    root: &Root,
+    buffers: &'a [Cow<[u8]>],
+    resources: &mut Resources,
+    image: usize,
+) -> Parsed<Cow<'a, [u8]>> {
+    let image = &root.images[image];
+    match (&image.uri, image.buffer_view) {
+        (_, Some(view)) => view_bytes(root, buffers, view).map(Cow::Borrowed),
+        (Some(uri), None) => resources.fetch(uri).map(Cow::Owned),
+        (None, None) => Err("it has neither a URI nor a buffer view".into()),
+    }
+}
+
+/// A reader for PNG or JPEG, told apart by content.
+fn reader(bytes: &[u8]) -> Parsed<ImageReader<Cursor<&[u8]>>> {
+    let format = image::guess_format(bytes)
+        .ok()
+        .filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg))
+        .ok_or("it is neither PNG nor JPEG")?;
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(MAX_DECODING);
+    reader.limits(limits);
+    Ok(reader)
+}
+
+fn dimensions(bytes: &[u8]) -> Parsed<(u32, u32)> {
+    let (width, height) = reader(bytes)?
+        .into_dimensions()
+        .map_err(|error| format!("it cannot be decoded: {error}"))?;
+    if width > MAX_SIDE || height > MAX_SIDE {
+        return Err(format!("{width}x{height} pixels; klieg reads at most {MAX_SIDE} a side"));
+    }
+    Ok((width, height))
+}
+
+fn decoded(bytes: &[u8]) -> Parsed<TextureLevel> {
+    let image = reader(bytes)?.decode().map_err(|error| format!("it cannot be decoded: {error}"));
+    let rgba = image.map(DynamicImage::into_rgba8)?;
+    let (width, height) = rgba.dimensions();
+    let texels = bytemuck::allocation::try_cast_vec(rgba.into_raw())
+        .unwrap_or_else(|(_, bytes)| bytemuck::pod_collect_to_vec(&bytes));
+    Ok(TextureLevel { width, height, texels })
+}
+
+/// The mip chain of a picture: box filters of 2×2 texels, in linear light.
+fn mips(full: TextureLevel, srgb: bool) -> Vec<TextureLevel> {
+    let mut levels = vec![full];
+    while let Some(last) = levels.last().filter(|level| level.width > 1 || level.height > 1) {
+        let half = halved(last, srgb);
+        levels.push(half);
+    }
+    levels
+}
+
+/// Source texels of one destination texel along an axis, and their weights.
+type Taps = [(usize, f32); 3];
+
+/// The taps for texel `i` of `n / 2`. An odd size is covered evenly by three taps with weights that
+/// slide along (polyphase box filter, Guthe and Heckbert, *Non-Power-of-Two Mipmapping*, 2005).
+fn taps(i: usize, n: usize) -> Taps {
+    let half = n / 2;
+    let total = n as f32;
+    match (n, n % 2) {
+        (1, _) => [(0, 1.0), (0, 0.0), (0, 0.0)],
+        (_, 0) => [(2 * i, 0.5), (2 * i + 1, 0.5), (2 * i, 0.0)],
+        _ => [
+            (2 * i, (half - i) as f32 / total),
+            (2 * i + 1, half as f32 / total),
+            (2 * i + 2, (i + 1) as f32 / total),
+        ],
+    }
+}
+
+fn halved(from: &TextureLevel, srgb: bool) -> TextureLevel {
+    let (w, h) = (from.width as usize, from.height as usize);
+    let (width, height) = ((w / 2).max(1), (h / 2).max(1));
+    let tables = &*TABLES;
+    let decode = if srgb { &tables.linear } else { &tables.unit };
+    let mut texels = vec![[0; 4]; width * height];
+    texels.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        for (x, texel) in row.iter_mut().enumerate() {
+            let mut sum = [0.0; 4];
+            for (sy, wy) in taps(y, h) {
+                for (sx, wx) in taps(x, w) {
+                    if wx * wy > 0.0 {
+                        let [r, g, b, a] = from.texels[sy * w + sx].map(usize::from);
+                        let value = [decode[r], decode[g], decode[b], tables.unit[a]];
+                        (0..4).for_each(|k| sum[k] += wx * wy * value[k]);
+                    }
+                }
+            }
+            let byte = |value: f32| (value * 255.0).round() as u8;
+            let color = |value: f32| match srgb {
+                true => tables.srgb[(value * 65535.0).round() as usize],
+                false => byte(value),
+            };
+            *texel = [color(sum[0]), color(sum[1]), color(sum[2]), byte(sum[3])];
+        }
+    });
+    TextureLevel { width: width as u32, height: height as u32, texels }
+}
+
+/// The transfer function of sRGB (IEC 61966-2-1) as tables.
+struct Tables {
+    /// 0..1 for each byte.
+    unit: [f32; 256],
+    /// Linear light for each sRGB byte.
+    linear: [f32; 256],
+    /// sRGB byte for linear light in steps of 1/65535, a twentieth of the finest byte step.
+    srgb: Vec<u8>,
+}
+
+static TABLES: LazyLock<Tables> = LazyLock::new(|| {
+    let unit = std::array::from_fn(|byte| byte as f32 / 255.0);
+    let linear =
+        unit.map(|v: f32| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) });
+    let encoded = |step: u32| {
+        let v = step as f32 / 65535.0;
+        let v = if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+        (v * 255.0).round() as u8
+    };
+    // One entry more than the range, should a sum of weights round above 1.
+    Tables { unit, linear, srgb: (0..=65536).map(encoded).collect() }
+});
