@@ -5,12 +5,12 @@ use super::accessor::{Accessors, Elements, INDICES, NUMBERS, Wanted};
 use super::pose::{Deformer, Pose};
 use super::tangents;
 use crate::scene::{Mesh, Vertex};
-use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use rayon::prelude::*;
 
 /// Whether a primitive has triangles.
 pub fn has_triangles(primitive: &Primitive) -> Parsed<bool> {
@@ -47,10 +47,8 @@ pub fn build(
     };
     let deformer =
         Deformer::open(accessors, primitive, pose, source.positions.count(), from.len())?;
-    let mut vertices = Vec::with_capacity(from.len());
-    for &at in &from {
-        vertices.push(source.vertex(at as usize, &deformer)?);
-    }
+    let vertices = from.par_iter().map(|&at| source.vertex(at as usize, &deformer));
+    let vertices = vertices.collect::<Parsed<_>>()?;
     let mut mesh = Mesh { vertices, indices, ..Mesh::default() };
     repair_normals(&mut mesh);
     match normal_uv {
@@ -144,7 +142,6 @@ impl<'a> Source<'a> {
             tangent: tangent.extend(if sign < 0.0 { -1.0 } else { 1.0 }).to_array(),
             uv,
             color,
-            ..Vertex::zeroed()
         })
     }
 }
