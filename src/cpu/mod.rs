@@ -1,1 +1,54 @@
 //! Native evaluator and the plain twins of the GPU stages.
+//!
+//! Each stage of the pipeline has a module of its name here, written as plainly as its formula: it is
+//! what the GPU's stage and the fast [`CpuEvaluator`] are tested against.
+
+pub mod edges;
+pub mod fitness;
+pub mod gradient;
+pub mod histogram;
+pub mod moments;
+pub mod normal_detail;
+pub mod pixel_types;
+pub mod population;
+pub mod visibility;
+pub mod visible;
+
+mod compact;
+mod evaluator;
+mod fast_math;
+mod kernels;
+mod neighbourhood;
+mod texture;
+
+pub use evaluator::{CpuEvaluator, device};
+
+use crate::objective::Objective;
+use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
+
+/// The maps of a view whose visible surface is `surface`, with the thresholds of `objective`.
+///
+/// The depth of the background is set to the largest object depth + 1 (1 in a picture without any
+/// object), whatever it was.
+pub fn maps(mut surface: Surface, objective: &Objective) -> Maps {
+    set_background_depth(&mut surface);
+    let (sobel, laplace) = edges::depth_gradients(&surface);
+    let types = pixel_types::classify(&surface.code, &sobel, &laplace, objective);
+    let count = |kind| types.iter().filter(|&&t| t == kind).count() as u32;
+    let counts = PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
+    let visible = visible::visible(&surface.code);
+    let normal_detail = normal_detail::normal_detail(&surface, &types);
+    Maps { surface, sobel, laplace, types, counts, visible, normal_detail }
+}
+
+fn set_background_depth(surface: &mut Surface) {
+    let pixels = || surface.code.iter().zip(&surface.depth);
+    let largest =
+        pixels().filter(|&(&code, _)| code != 0).map(|(_, &d)| d).fold(f32::NEG_INFINITY, f32::max);
+    let background = if largest.is_finite() { largest + 1.0 } else { 1.0 };
+    for (&code, depth) in surface.code.iter().zip(&mut surface.depth) {
+        if code == 0 {
+            *depth = background;
+        }
+    }
+}

@@ -1,1 +1,45 @@
-//! Vulkan evaluator.
+//! Vulkan evaluator: device, memory, pipelines and the stages that run on them.
+//!
+//! A stage carries one name everywhere: its shader in `shaders/`, its pipeline here, its plain twin
+//! in [`crate::cpu`], its debug label and its row of timings.
+
+mod commands;
+mod context;
+mod devices;
+mod drawn;
+mod evaluator;
+mod generation;
+mod geometry;
+mod instance;
+pub mod layout;
+mod maps;
+mod memory;
+mod pipeline;
+mod population;
+mod requirements;
+pub mod shaders;
+mod staging;
+#[cfg(test)]
+mod testing;
+mod textures;
+mod view;
+mod visibility;
+
+pub use context::{Context, ContextOptions, Counters};
+pub use devices::{DeviceChoice, DeviceReport, devices};
+pub use evaluator::GpuEvaluator;
+
+use crate::{Error, Result};
+use ash::vk;
+
+/// Names the Vulkan call that a result belongs to.
+trait Call<T> {
+    /// The value, or [`Error::Vulkan`] with the call's name.
+    fn call(self, call: &'static str) -> Result<T>;
+}
+
+impl<T> Call<T> for ash::prelude::VkResult<T> {
+    fn call(self, call: &'static str) -> Result<T> {
+        self.map_err(|result: vk::Result| Error::Vulkan { call, result })
+    }
+}

@@ -1,0 +1,37 @@
+#version 460
+// Histogram of every picture over its object pixels. An invocation walks down one column of one
+// strip and counts in bytes, four bins a word, with neither shared memory nor atomics. Twin:
+// cpu::histogram.
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 1) const uint ROWS = 128; // of a strip; at most 255, as a byte counts them
+layout(constant_id = 2) const uint BINS = 32;
+const uint WORDS = BINS / 4;
+
+void main() {
+    uint x = gl_GlobalInvocationID.x;
+    if (x >= parameters.size.x) {
+        return;
+    }
+    uint strip = gl_WorkGroupID.y;
+    uint layer = gl_WorkGroupID.z;
+    uint words[WORDS];
+    for (uint w = 0; w < WORDS; ++w) {
+        words[w] = 0;
+    }
+    uint end = min((strip + 1) * ROWS, parameters.size.y);
+    for (uint y = strip * ROWS; y < end; ++y) {
+        float value = texelFetch(pictures, ivec3(x, y, layer), 0).x;
+        uint bin = min(uint(max(value, 0.0) * float(BINS)), BINS - 1);
+        uint one = value >= 0.0 ? 1u << (8 * (bin & 3)) : 0u;
+        for (uint w = 0; w < WORDS; ++w) {
+            words[w] += (bin >> 2) == w ? one : 0u;
+        }
+    }
+    uint entry = (layer * gl_NumWorkGroups.y + strip) * parameters.size.x + x;
+    for (uint w = 0; w < WORDS; ++w) {
+        histogram_parts[entry * WORDS + w] = words[w];
+    }
+}

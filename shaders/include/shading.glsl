@@ -1,0 +1,35 @@
+// Local illumination, the twin of src/lighting/shading.rs.
+#ifndef KLIEG_SHADING
+#define KLIEG_SHADING
+
+// Rec. 709 luminance of linear RGB.
+float luminance(vec3 color) {
+    return dot(color, vec3(0.2126, 0.7152, 0.0722));
+}
+
+// The sRGB encoding (IEC 61966-2-1) of a linear value, clamped to 0..1.
+float srgb_encode(float linear) {
+    float x = clamp(linear, 0.0, 1.0);
+    return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
+}
+
+// How strongly a light acts on the diffuse and on the specular reflectance at p, as
+// light_response of the twin. place: xyz position or direction, w its radius2; strength: diffuse
+// and specular; n unit normal, v unit vector to the viewer.
+vec2 light_response(vec4 place, vec2 strength, vec3 p, vec3 n, vec3 v, float shininess) {
+    vec3 l = place.xyz;
+    float falloff = 1.0;
+    if (place.w > 0.0) {
+        vec3 to_light = place.xyz - p;
+        float inverse2 = 1.0 / dot(to_light, to_light);
+        l = to_light * sqrt(inverse2);
+        falloff = place.w * inverse2;
+    }
+    float n_l = dot(n, l);
+    vec3 h = l + v;
+    float n_h = max(dot(n, h) * inversesqrt(max(dot(h, h), 1e-20)), 0.0);
+    vec2 response = falloff * n_l * strength * vec2(1.0, pow(n_h, shininess));
+    return n_l > 0.0 ? response : vec2(0.0);
+}
+
+#endif

@@ -1,0 +1,74 @@
+#version 460
+// Visibility, second half: the colour code, and the surface's position, normal and material.
+// Twin: src/cpu/visibility.rs.
+#extension GL_GOOGLE_include_directive : require
+#include "visibility.glsl"
+
+layout(set = 1, binding = 0) uniform sampler2D base_color_texture;
+layout(set = 1, binding = 1) uniform sampler2D metallic_roughness_texture;
+layout(set = 1, binding = 2) uniform sampler2D normal_texture;
+layout(set = 1, binding = 3) uniform sampler2D emissive_texture;
+
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 tangent;
+layout(location = 3) in vec4 uv;
+layout(location = 4) in vec4 color;
+layout(location = 5) flat in uint instance;
+
+layout(location = 0) out uint out_code;
+layout(location = 1) out vec4 out_position_roughness;
+layout(location = 2) out vec4 out_normal_metallic;
+layout(location = 3) out vec4 out_base_color;
+layout(location = 4) out vec4 out_emissive;
+
+// Trilinear, at the level whose texels are as large as the longer of the two pixel steps.
+vec4 lookup(sampler2D map, TextureUse use) {
+    vec3 st = vec3(use.u.w == 0.0 ? uv.xy : uv.zw, 1.0);
+    vec2 at = vec2(dot(use.u.xyz, st), dot(use.v.xyz, st));
+    vec2 size = vec2(textureSize(map, 0));
+    vec2 dx = dFdxFine(at) * size;
+    vec2 dy = dFdyFine(at) * size;
+    float longer2 = max(max(dot(dx, dx), dot(dy, dy)), 1e-30);
+    return textureLod(map, at, 0.5 * log2(longer2));
+}
+
+// The shading normal, turned to the viewer.
+vec3 shading_normal(MaterialRecord material, vec3 texel) {
+    vec3 n = normal;
+    if ((material.flags & NORMAL_MAPPED) != 0u) {
+        vec3 t = 2.0 * texel - 1.0;
+        vec3 bitangent = tangent.w * cross(normal, tangent.xyz);
+        float scale = material.emissive.w;
+        n = tangent.xyz * (t.x * scale) + bitangent * (t.y * scale) + normal * t.z;
+    }
+    vec3 to_viewer =
+        eye.w == 1.0 ? vec3(0.0, 0.0, 1.0) : unit_or(eye.xyz - position, vec3(0.0, 0.0, 1.0));
+    n = unit_or(n, to_viewer);
+    return dot(n, to_viewer) < 0.0 ? -n : n;
+}
+
+void main() {
+    InstanceRecord record = instances[instance];
+    MaterialRecord material = materials[record.material];
+
+    // All lookups come before any fragment ends, as their derivatives need the neighbours.
+    vec4 base = material.base_color * color * lookup(base_color_texture, material.base_color_use);
+    vec4 metallic_roughness =
+        lookup(metallic_roughness_texture, material.metallic_roughness_use);
+    vec3 normal_texel = lookup(normal_texture, material.normal_use).xyz;
+    vec3 emissive =
+        material.emissive.rgb * lookup(emissive_texture, material.emissive_use).rgb;
+
+    bool front = gl_FrontFacing != (record.mirrored != 0u);
+    bool shown = front || (material.flags & DOUBLE_SIDED) != 0u;
+    if (!shown || base.a < material.alpha_cutoff) {
+        discard;
+    }
+    out_code = record.first_polygon + uint(gl_PrimitiveID);
+    out_position_roughness = vec4(position, material.roughness * metallic_roughness.g);
+    out_normal_metallic = vec4(
+        shading_normal(material, normal_texel), material.metallic * metallic_roughness.b);
+    out_base_color = vec4(base.rgb, 0.0);
+    out_emissive = vec4(emissive, 0.0);
+}

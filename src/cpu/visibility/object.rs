@@ -1,0 +1,70 @@
+//! Instances, ready to be drawn in a view.
+
+use crate::scene::view::View;
+use crate::scene::{Instance, Material, Mesh, Scene, Vertex};
+use glam::{Mat3, Mat4, Vec3};
+
+/// An instance with its transforms to the light frame.
+pub struct Object<'a> {
+    /// Colour code of its first triangle.
+    pub first_polygon: u32,
+    mesh: &'a Mesh,
+    /// Its material.
+    pub material: &'a Material,
+    frame_from_mesh: Mat4,
+    normal_from_mesh: Mat3,
+    /// Whether the transform mirrors, so that fronts are wound the other way.
+    pub mirrored: bool,
+}
+
+impl<'a> Object<'a> {
+    /// `instance` in the light frame of `view`.
+    pub fn new(scene: &'a Scene, view: &View, instance: &Instance) -> Self {
+        let mesh = &scene.meshes[instance.mesh as usize];
+        let matrix = view.frame_from_mesh(&instance.world);
+        // The cofactors are the inverse transpose times the determinant, and serve flat transforms
+        // as well, which have no inverse.
+        let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate());
+        let (yz, zx, xy) = (y.cross(z), z.cross(x), x.cross(y));
+        let mirrored = x.dot(yz) < 0.0;
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let unit = sign / yz.length().max(zx.length()).max(xy.length()).max(f64::MIN_POSITIVE);
+        let column = |axis: glam::DVec3| (axis * unit).as_vec3();
+        Self {
+            first_polygon: instance.first_polygon,
+            mesh,
+            material: &scene.materials[mesh.material as usize],
+            frame_from_mesh: matrix.as_mat4(),
+            normal_from_mesh: Mat3::from_cols(column(yz), column(zx), column(xy)),
+            mirrored,
+        }
+    }
+
+    /// Corners of the polygon number `code`, which must be one of this object's.
+    pub fn vertices(&self, code: u32) -> [&'a Vertex; 3] {
+        let at = 3 * (code - self.first_polygon) as usize;
+        let indices = &self.mesh.indices[at..at + 3];
+        [0, 1, 2].map(|k| &self.mesh.vertices[indices[k] as usize])
+    }
+
+    /// Colour code after the last triangle's.
+    pub fn end(&self) -> u32 {
+        self.first_polygon + self.mesh.triangles()
+    }
+
+    /// Position in the light frame.
+    pub fn position(&self, vertex: &Vertex) -> Vec3 {
+        (self.frame_from_mesh * Vec3::from(vertex.position).extend(1.0)).truncate()
+    }
+
+    /// Unit normal in the light frame.
+    pub fn normal(&self, vertex: &Vertex) -> Vec3 {
+        (self.normal_from_mesh * Vec3::from(vertex.normal)).normalize_or_zero()
+    }
+
+    /// Unit tangent in the light frame.
+    pub fn tangent(&self, vertex: &Vertex) -> Vec3 {
+        let [x, y, z, _] = vertex.tangent;
+        self.frame_from_mesh.transform_vector3(Vec3::new(x, y, z)).normalize_or_zero()
+    }
+}

@@ -1,0 +1,131 @@
+//! What is seen of a polygon in one pixel: attributes are interpolated perspective-correctly in
+//! homogeneous coordinates (Olano and Greer 1997), without regard to clipping.
+
+use super::object::Object;
+use crate::cpu::texture;
+use crate::scene::view::View;
+use crate::scene::{Scene, TextureRef, Vertex};
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec4, Vec4Swizzles};
+
+/// The visible surface in one pixel; fields as in [`crate::objective::maps::Surface`].
+pub struct Fragment {
+    pub depth: f32,
+    pub position: Vec3,
+    pub normal: Vec3,
+    pub base_color: Vec3,
+    pub metallic: f32,
+    pub roughness: f32,
+    pub emissive: Vec3,
+}
+
+/// One pixel of one triangle.
+pub struct Pixel<'a> {
+    scene: &'a Scene,
+    view: &'a View,
+    object: &'a Object<'a>,
+    vertices: [&'a Vertex; 3],
+    /// Corners in the light frame.
+    corners: [Vec3; 3],
+    /// Shares of the three vertices here, and one pixel to the right and below.
+    weights: [Vec3; 3],
+}
+
+impl<'a> Pixel<'a> {
+    /// Pixel (x, y) of the object's polygon number `code`.
+    pub fn new(
+        scene: &'a Scene,
+        view: &'a View,
+        object: &'a Object<'a>,
+        code: u32,
+        [x, y]: [u32; 2],
+    ) -> Self {
+        let vertices = object.vertices(code);
+        let corners = vertices.map(|v| object.position(v));
+        let clip = corners.map(|p| view.clip_from_frame * p.extend(1.0));
+        let weights = [[0.5, 0.5], [1.5, 0.5], [0.5, 1.5]].map(|[dx, dy]| {
+            let size = DVec2::new(view.width.into(), view.height.into());
+            let ndc = 2.0 * DVec2::new(f64::from(x) + dx, f64::from(y) + dy) / size - 1.0;
+            weights(&clip, ndc)
+        });
+        let weights = [inside(weights[0]).as_vec3(), weights[1].as_vec3(), weights[2].as_vec3()];
+        Self { scene, view, object, vertices, corners, weights }
+    }
+
+    /// Base colour and alpha.
+    pub fn base_color(&self) -> Vec4 {
+        let material = self.object.material;
+        let vertex = self.blend(|v| Vec4::from(v.color.map(f32::from)) / 255.0);
+        Vec4::from(material.base_color) * vertex * self.lookup(&material.base_color_texture)
+    }
+
+    /// Everything that is seen here.
+    pub fn fragment(&self) -> Fragment {
+        let material = self.object.material;
+        let [a, b, c] = self.corners;
+        let w = self.weights[0];
+        let position = a * w.x + b * w.y + c * w.z;
+        let metallic_roughness = self.lookup(&material.metallic_roughness_texture);
+        Fragment {
+            depth: self.view.eye.z - position.z,
+            position,
+            normal: self.normal(self.view.towards_viewer(position)),
+            base_color: self.base_color().xyz(),
+            metallic: material.metallic * metallic_roughness.z,
+            roughness: material.roughness * metallic_roughness.y,
+            emissive: Vec3::from(material.emissive) * self.lookup(&material.emissive_texture).xyz(),
+        }
+    }
+
+    /// Unit shading normal, turned to the viewer.
+    fn normal(&self, towards_viewer: Vec3) -> Vec3 {
+        let material = self.object.material;
+        let mut n = self.blend(|v| self.object.normal(v).extend(0.0)).xyz();
+        if material.normal_texture.is_some() {
+            let texel = 2.0 * self.lookup(&material.normal_texture).xyz() - 1.0;
+            let tangent = self.blend(|v| self.object.tangent(v).extend(v.tangent[3]));
+            let (t, sign) = (tangent.xyz(), tangent.w);
+            let b = sign * n.cross(t);
+            let scale = material.normal_scale;
+            n = t * (texel.x * scale) + b * (texel.y * scale) + n * texel.z;
+        }
+        let n = n.normalize_or(towards_viewer);
+        if n.dot(towards_viewer) < 0.0 { -n } else { n }
+    }
+
+    /// A vertex attribute here.
+    fn blend(&self, attribute: impl Fn(&Vertex) -> Vec4) -> Vec4 {
+        let [a, b, c] = self.vertices.map(attribute);
+        let w = self.weights[0];
+        a * w.x + b * w.y + c * w.z
+    }
+
+    /// A texture's colour here; white where there is none.
+    fn lookup(&self, texture: &Option<TextureRef>) -> Vec4 {
+        let Some(texture) = texture else { return Vec4::ONE };
+        let [u, v] = texture.transform.map(Vec3::from);
+        let corners = self.vertices.map(|vertex| {
+            let uv = Vec2::from(vertex.uv[texture.uv_set as usize & 1]).extend(1.0);
+            Vec2::new(u.dot(uv), v.dot(uv))
+        });
+        let at = |w: Vec3| corners[0] * w.x + corners[1] * w.y + corners[2] * w.z;
+        let [here, right, below] = self.weights.map(at);
+        let image = &self.scene.textures[texture.texture as usize];
+        texture::sample(image, here, right - here, below - here)
+    }
+}
+
+/// Perspective-correct shares of the three corners at a point of the picture: the `b` with
+/// `Σ b·(x − ndc.x·w, y − ndc.y·w) = 0` and `Σ b = 1`.
+fn weights(clip: &[Vec4; 3], ndc: DVec2) -> DVec3 {
+    let [a, b, c] = clip.map(|p| p.as_dvec4().xy() - ndc * f64::from(p.w));
+    let shares = DVec3::new(b.perp_dot(c), c.perp_dot(a), a.perp_dot(b));
+    let result = shares / shares.element_sum();
+    if result.is_finite() { result } else { DVec3::splat(1.0 / 3.0) }
+}
+
+/// Snapping to the subpixel grid can cover a pixel centre just outside the triangle; what is seen
+/// there is the triangle's nearest part.
+fn inside(weights: DVec3) -> DVec3 {
+    let weights = weights.max(DVec3::ZERO);
+    weights / weights.element_sum()
+}

@@ -1,0 +1,181 @@
+//! Which Vulkan devices there are, and which of them is taken.
+
+use super::Call;
+use super::instance::OwnedInstance;
+use super::requirements;
+use crate::evaluate::DeviceInfo;
+use crate::{Error, Result};
+use ash::vk;
+use serde::Serialize;
+use std::ffi::CStr;
+
+/// Which device a [`super::Context`] is made on.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// The best: discrete before integrated, virtual, software; the first of equals.
+    #[default]
+    Best,
+    /// The device with this index in [`devices`].
+    Index(usize),
+    /// The best device whose name contains this, in any case.
+    Name(String),
+}
+
+/// A device, and whether it will do.
+#[derive(Debug, Clone, Serialize)]
+pub struct DeviceReport {
+    /// Index for [`DeviceChoice::Index`].
+    pub index: usize,
+    /// Name, type and driver.
+    #[serde(flatten)]
+    pub info: DeviceInfo,
+    /// Vulkan version, such as `1.3.238`.
+    pub api_version: String,
+    /// Pictures that one draw can make at most.
+    pub max_layers: u32,
+    /// Pixels of a picture's side at most.
+    pub max_size: u32,
+    /// Bytes of device-local memory.
+    pub memory: u64,
+    /// Whether the stages can be timed.
+    pub timestamps: bool,
+    /// What it lacks for klieg, in words; empty where klieg can run.
+    pub lacks: Vec<String>,
+}
+
+/// All Vulkan devices of the machine, in the driver's order.
+///
+/// # Errors
+/// [`Error::NoVulkan`] without a Vulkan loader.
+pub fn devices() -> Result<Vec<DeviceReport>> {
+    let instance = OwnedInstance::new(false)?;
+    let physical = enumerate(&instance)?;
+    Ok(physical.iter().enumerate().map(|(i, &device)| report(&instance, i, device)).collect())
+}
+
+fn enumerate(instance: &OwnedInstance) -> Result<Vec<vk::PhysicalDevice>> {
+    // SAFETY: the instance is alive.
+    unsafe { instance.raw.enumerate_physical_devices() }.call("vkEnumeratePhysicalDevices")
+}
+
+/// The chosen device, able to run klieg.
+///
+/// # Errors
+/// [`Error::NoVulkan`] without any device, [`Error::Argument`] for one that is not there,
+/// [`Error::Unsupported`] where it lacks something.
+pub(super) fn choose(
+    instance: &OwnedInstance,
+    choice: &DeviceChoice,
+) -> Result<(vk::PhysicalDevice, DeviceReport)> {
+    let physical = enumerate(instance)?;
+    let reports: Vec<_> =
+        physical.iter().enumerate().map(|(i, &device)| report(instance, i, device)).collect();
+    let found = find(&reports, choice)?;
+    let report = reports[found].clone();
+    if !report.lacks.is_empty() {
+        return Err(Error::Unsupported {
+            device: report.info.name,
+            lacks: format!("it lacks {}", report.lacks.join("; ")),
+        });
+    }
+    Ok((physical[found], report))
+}
+
+/// The index of the chosen device. A device that can run klieg goes before one that cannot.
+fn find(reports: &[DeviceReport], choice: &DeviceChoice) -> Result<usize> {
+    if reports.is_empty() {
+        return Err(Error::NoVulkan("there is no Vulkan device".into()));
+    }
+    let best = |candidates: &mut dyn Iterator<Item = &DeviceReport>| {
+        candidates.min_by_key(|r| (!r.lacks.is_empty(), rank(r.info.kind))).map(|r| r.index)
+    };
+    let names = || {
+        let named = |r: &DeviceReport| format!("{}: {}", r.index, r.info.name);
+        reports.iter().map(named).collect::<Vec<_>>().join(", ")
+    };
+    let found = match choice {
+        DeviceChoice::Best => best(&mut reports.iter()),
+        DeviceChoice::Index(index) => (*index < reports.len()).then_some(*index),
+        DeviceChoice::Name(part) => {
+            let part = part.to_lowercase();
+            best(&mut reports.iter().filter(|r| r.info.name.to_lowercase().contains(&part)))
+        }
+    };
+    found.ok_or_else(|| match choice {
+        DeviceChoice::Name(part) => {
+            Error::Argument(format!("no Vulkan device is named '{part}'; there are {}", names()))
+        }
+        DeviceChoice::Index(index) => {
+            Error::Argument(format!("there is no Vulkan device {index}; there are {}", names()))
+        }
+        DeviceChoice::Best => Error::NoVulkan("there is no Vulkan device".into()),
+    })
+}
+
+fn rank(kind: &str) -> usize {
+    let order = ["discrete", "integrated", "virtual", "other"];
+    order.iter().position(|&k| k == kind).unwrap_or(order.len())
+}
+
+fn report(instance: &OwnedInstance, index: usize, device: vk::PhysicalDevice) -> DeviceReport {
+    // SAFETY: `device` is a physical device of the living instance.
+    let (properties, memory) = unsafe {
+        (
+            instance.raw.get_physical_device_properties(device),
+            instance.raw.get_physical_device_memory_properties(device),
+        )
+    };
+    let limits = &properties.limits;
+    let version = properties.api_version;
+    let heaps = &memory.memory_heaps[..memory.memory_heap_count as usize];
+    DeviceReport {
+        index,
+        info: info(instance, device, &properties),
+        api_version: format!(
+            "{}.{}.{}",
+            vk::api_version_major(version),
+            vk::api_version_minor(version),
+            vk::api_version_patch(version)
+        ),
+        max_layers: limits.max_framebuffer_layers.min(limits.max_image_array_layers),
+        max_size: limits
+            .max_image_dimension2_d
+            .min(limits.max_framebuffer_width)
+            .min(limits.max_framebuffer_height)
+            .min(limits.max_viewport_dimensions[0])
+            .min(limits.max_viewport_dimensions[1]),
+        memory: heaps
+            .iter()
+            .filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+            .map(|heap| heap.size)
+            .max()
+            .unwrap_or(0),
+        timestamps: requirements::queue_family(&instance.raw, device).is_some_and(|(_, t)| t),
+        lacks: requirements::lacking(&instance.raw, device),
+    }
+}
+
+fn info(
+    instance: &OwnedInstance,
+    device: vk::PhysicalDevice,
+    properties: &vk::PhysicalDeviceProperties,
+) -> DeviceInfo {
+    let text = |s: Result<&CStr, _>| s.map_or(String::new(), |s| s.to_string_lossy().into_owned());
+    let mut driver = format!("{:#x}", properties.driver_version);
+    if properties.api_version >= vk::API_VERSION_1_2 {
+        let mut details = vk::PhysicalDeviceDriverProperties::default();
+        let mut chain = vk::PhysicalDeviceProperties2::default().push_next(&mut details);
+        // SAFETY: a Vulkan 1.2 device of the living instance; the chain outlives the call.
+        unsafe { instance.raw.get_physical_device_properties2(device, &mut chain) };
+        let name = text(details.driver_name_as_c_str());
+        driver = format!("{name} {}", text(details.driver_info_as_c_str())).trim().to_owned();
+    }
+    let kind = match properties.device_type {
+        vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
+        vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
+        vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
+        vk::PhysicalDeviceType::CPU => "software",
+        _ => "other",
+    };
+    DeviceInfo { name: text(properties.device_name_as_c_str()), kind, driver }
+}

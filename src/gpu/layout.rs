@@ -1,0 +1,213 @@
+//! What host and shaders share: the blocks' layouts and the numbers of the bindings and of the
+//! specialisation constants. The other side is `shaders/include/layout.glsl`; a test compares the
+//! two by reflection.
+
+use super::pipeline::Binding;
+use crate::lighting::shading::Shading;
+use crate::objective::{HISTOGRAM_BINS, Objective};
+use crate::scene::view::View;
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+/// Uniform block `Parameters`: the view and the settings.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Parameters {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Whether all view rays are parallel (0 or 1).
+    pub orthographic: u32,
+    /// To a multiple of 16 bytes.
+    pub padding: u32,
+    /// The viewer's position in the light frame, scene radii.
+    pub eye: [f32; 3],
+    /// [`Shading::ambient`].
+    pub ambient: f32,
+    /// [`Shading::dielectric`].
+    pub dielectric: f32,
+    /// [`Shading::max_shininess`].
+    pub max_shininess: f32,
+    /// [`Objective::edge_sobel`].
+    pub edge_sobel: f32,
+    /// [`Objective::edge_laplace`].
+    pub edge_laplace: f32,
+    /// [`Objective::edge_contrast`].
+    pub edge_contrast: f32,
+    /// [`Objective::mean_target`].
+    pub mean_target: f32,
+    /// Weight of `F_edge`.
+    pub weight_edge: f32,
+    /// Weight of `F_mean`.
+    pub weight_mean: f32,
+    /// Weight of `F_grad`.
+    pub weight_grad: f32,
+    /// Weight of `F_var`.
+    pub weight_var: f32,
+    /// Weight of `F_hist`.
+    pub weight_hist: f32,
+    /// To a multiple of 16 bytes.
+    pub padding_end: f32,
+}
+
+impl Parameters {
+    /// Of a view and its settings.
+    pub fn new(view: &View, objective: &Objective, shading: &Shading) -> Self {
+        let weights = &objective.weights;
+        Self {
+            size: [view.width, view.height],
+            orthographic: view.is_orthographic().into(),
+            padding: 0,
+            eye: view.eye.to_array(),
+            ambient: shading.ambient,
+            dielectric: shading.dielectric,
+            max_shininess: shading.max_shininess,
+            edge_sobel: objective.edge_sobel,
+            edge_laplace: objective.edge_laplace,
+            edge_contrast: objective.edge_contrast,
+            mean_target: objective.mean_target,
+            weight_edge: weights.edge,
+            weight_mean: weights.mean,
+            weight_grad: weights.grad,
+            weight_var: weights.var,
+            weight_hist: weights.hist,
+            padding_end: 0.0,
+        }
+    }
+}
+
+/// Storage block `ViewStatistics`: the view in a few numbers.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct ViewStatistics {
+    /// SURFACE pixels.
+    pub surface: u32,
+    /// EDGE pixels.
+    pub edge: u32,
+    /// `G_n`.
+    pub normal_detail: f32,
+    /// The background's depth: the largest object depth + 1, scene radii.
+    pub background_depth: f32,
+}
+
+/// Element of the storage block `MomentParts`: a column of a strip of a picture.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct MomentPart {
+    /// Object pixels.
+    pub count: u32,
+    /// Their mean.
+    pub mean: f32,
+    /// Sum of their squared distances from the mean.
+    pub deviation: f32,
+}
+
+/// Element of the storage block `GradientParts`: a column of a strip of a picture.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct GradientPart {
+    /// Sum over SURFACE of `|∇I|`.
+    pub surface: f32,
+    /// Sum over EDGE of `min(1, |∇I| / edge_contrast)`.
+    pub edge: f32,
+}
+
+/// Element of the storage block `Details`: an individual's terms, and what they were made from
+/// ([`crate::objective::Statistics`]).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Detail {
+    /// `F_edge`.
+    pub edge: f32,
+    /// `F_mean`.
+    pub mean: f32,
+    /// `F_grad`.
+    pub grad: f32,
+    /// `F_var`.
+    pub var: f32,
+    /// `F_hist`.
+    pub hist: f32,
+    /// Mean over EDGE of the contrast.
+    pub picture_edge_contrast: f32,
+    /// Mean brightness.
+    pub picture_mean: f32,
+    /// Variance of the brightness.
+    pub picture_variance: f32,
+    /// Mean gradient over SURFACE.
+    pub picture_gradient: f32,
+    /// Object pixels in each bin.
+    pub histogram: [u32; HISTOGRAM_BINS],
+}
+
+/// Numbers of the bindings of the view's descriptor set, which all of its stages share.
+pub mod binding {
+    /// Uniform block `Parameters`.
+    pub const PARAMETERS: u32 = 0;
+    /// Sampled, R32_UINT: colour code.
+    pub const CODE: u32 = 1;
+    /// Sampled, RGBA32_SFLOAT: position in the light frame; roughness.
+    pub const POSITION_ROUGHNESS: u32 = 2;
+    /// Sampled, RGBA32_SFLOAT: unit normal; metallic factor.
+    pub const NORMAL_METALLIC: u32 = 3;
+    /// Sampled, RGBA32_SFLOAT: linear base colour.
+    pub const BASE_COLOR: u32 = 4;
+    /// Sampled, RGBA32_SFLOAT: linear emitted radiance.
+    pub const EMISSIVE: u32 = 5;
+    /// Storage, R32_SFLOAT: depth.
+    pub const DEPTH: u32 = 6;
+    /// Storage, R32_SFLOAT: length of the depth's Sobel pair.
+    pub const SOBEL: u32 = 7;
+    /// Storage, R32_SFLOAT: the depth's Laplacian.
+    pub const LAPLACE: u32 = 8;
+    /// Storage, R32_UINT: pixel types.
+    pub const TYPES: u32 = 9;
+    /// Storage, RGBA32_SFLOAT, write: record 0.
+    pub const RECORD_0: u32 = 10;
+    /// Storage, RGBA32_SFLOAT, write: record 1.
+    pub const RECORD_1: u32 = 11;
+    /// Storage, RGBA32_SFLOAT, write: record 2.
+    pub const RECORD_2: u32 = 12;
+    /// Sampled: record 0, position and shininess.
+    pub const SURFACE_0: u32 = 13;
+    /// Sampled: record 1, normal and diffuse reflectance.
+    pub const SURFACE_1: u32 = 14;
+    /// Sampled: record 2, specular reflectance, unlit luminance and pixel type.
+    pub const SURFACE_2: u32 = 15;
+    /// Storage block `ViewStatistics`.
+    pub const VIEW_STATISTICS: u32 = 16;
+    /// Sampled array, R32_SFLOAT: the population's pictures.
+    pub const PICTURES: u32 = 17;
+    /// Storage block: `LightRecord[N·L]`.
+    pub const LIGHTS: u32 = 18;
+    /// Storage block: partial histograms.
+    pub const HISTOGRAM: u32 = 19;
+    /// Storage block: partial moments.
+    pub const MOMENTS: u32 = 20;
+    /// Storage block: partial gradients.
+    pub const GRADIENT: u32 = 21;
+    /// Storage block: `F` of each individual.
+    pub const SCORES: u32 = 22;
+    /// Storage block: terms and statistics of each individual.
+    pub const DETAILS: u32 = 23;
+}
+
+/// Every binding of the view's descriptor set.
+pub fn bindings() -> Vec<Binding> {
+    use vk::DescriptorType as Kind;
+    use vk::ShaderStageFlags as Stage;
+    let all = Stage::COMPUTE | Stage::FRAGMENT;
+    let kind = |number| match number {
+        binding::PARAMETERS => (Kind::UNIFORM_BUFFER, all),
+        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX),
+        binding::DEPTH..=binding::RECORD_2 => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
+        binding::CODE..=binding::EMISSIVE => (Kind::SAMPLED_IMAGE, all),
+        binding::SURFACE_0..=binding::SURFACE_2 => (Kind::SAMPLED_IMAGE, all),
+        binding::PICTURES => (Kind::SAMPLED_IMAGE, Stage::COMPUTE),
+        _ => (Kind::STORAGE_BUFFER, Stage::COMPUTE),
+    };
+    (0..=binding::DETAILS)
+        .map(|number| {
+            let (kind, stages) = kind(number);
+            (number, kind, stages)
+        })
+        .collect()
+}

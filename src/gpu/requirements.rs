@@ -1,0 +1,107 @@
+//! What klieg asks of a Vulkan device, in one place.
+
+use super::instance::API_VERSION;
+use ash::vk;
+
+/// Images of a view and of a generation: format, what is done with it.
+const FORMATS: [(vk::Format, &str, vk::FormatFeatureFlags); 4] = [
+    (vk::Format::R32_SFLOAT, "R32_SFLOAT", DRAWN_AND_READ),
+    (vk::Format::R32_UINT, "R32_UINT", DRAWN_AND_READ),
+    (vk::Format::R32G32B32A32_SFLOAT, "R32G32B32A32_SFLOAT", DRAWN_AND_READ),
+    (vk::Format::D32_SFLOAT, "D32_SFLOAT", vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT),
+];
+
+const DRAWN_AND_READ: vk::FormatFeatureFlags = vk::FormatFeatureFlags::from_raw(
+    vk::FormatFeatureFlags::COLOR_ATTACHMENT.as_raw()
+        | vk::FormatFeatureFlags::SAMPLED_IMAGE.as_raw()
+        | vk::FormatFeatureFlags::STORAGE_IMAGE.as_raw(),
+);
+
+/// The least value of each limit: its name, how to read it, and the value.
+type Limit = (&'static str, fn(&vk::PhysicalDeviceLimits) -> u64, u64);
+const LIMITS: [Limit; 8] = [
+    // The surface of the visibility draw.
+    ("maxColorAttachments", |l| l.max_color_attachments.into(), 5),
+    // 16 lights of 6 components as flat varyings, beside the position.
+    ("maxVertexOutputComponents", |l| l.max_vertex_output_components.into(), 104),
+    ("maxFragmentInputComponents", |l| l.max_fragment_input_components.into(), 96),
+    // The bindings of the view's set.
+    (
+        "maxPerStageDescriptorStorageImages",
+        |l| l.max_per_stage_descriptor_storage_images.into(),
+        16,
+    ),
+    (
+        "maxPerStageDescriptorStorageBuffers",
+        |l| l.max_per_stage_descriptor_storage_buffers.into(),
+        16,
+    ),
+    (
+        "maxPerStageDescriptorSampledImages",
+        |l| l.max_per_stage_descriptor_sampled_images.into(),
+        16,
+    ),
+    ("maxPerStageResources", |l| l.max_per_stage_resources.into(), 48),
+    ("maxComputeWorkGroupInvocations", |l| l.max_compute_work_group_invocations.into(), 128),
+];
+
+/// What `device` lacks, in words; empty where klieg can run.
+pub(super) fn lacking(instance: &ash::Instance, device: vk::PhysicalDevice) -> Vec<String> {
+    // SAFETY: `device` is a physical device of `instance`.
+    let properties = unsafe { instance.get_physical_device_properties(device) };
+    if properties.api_version < API_VERSION {
+        let (major, minor) = (
+            vk::api_version_major(properties.api_version),
+            vk::api_version_minor(properties.api_version),
+        );
+        return vec![format!("Vulkan 1.2 (it has {major}.{minor})")];
+    }
+    let mut lacks = Vec::new();
+    let (geometry_shader, output_layer) = features(instance, device);
+    if !geometry_shader {
+        lacks.push("feature geometryShader (the polygon's number in the fragment shader)".into());
+    }
+    if !output_layer {
+        lacks.push("feature shaderOutputLayer (the layer from the vertex shader)".into());
+    }
+    for (name, read, least) in LIMITS {
+        let has = read(&properties.limits);
+        if has < least {
+            lacks.push(format!("{name} of {least} (it has {has})"));
+        }
+    }
+    for (format, name, needed) in FORMATS {
+        // SAFETY: as above.
+        let has = unsafe { instance.get_physical_device_format_properties(device, format) };
+        let missing = needed & !has.optimal_tiling_features;
+        if !missing.is_empty() {
+            lacks.push(format!("format {name} as {missing:?}"));
+        }
+    }
+    if queue_family(instance, device).is_none() {
+        lacks.push("a queue for both graphics and compute".into());
+    }
+    lacks
+}
+
+/// Whether the device has `geometryShader` and `shaderOutputLayer`.
+fn features(instance: &ash::Instance, device: vk::PhysicalDevice) -> (bool, bool) {
+    let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12);
+    // SAFETY: a Vulkan 1.2 device of `instance`; the chain lives until the call returns.
+    unsafe { instance.get_physical_device_features2(device, &mut features) };
+    let geometry_shader = features.features.geometry_shader == vk::TRUE;
+    (geometry_shader, vulkan12.shader_output_layer == vk::TRUE)
+}
+
+/// The first queue family for both graphics and compute, and whether it has timestamps.
+pub(super) fn queue_family(
+    instance: &ash::Instance,
+    device: vk::PhysicalDevice,
+) -> Option<(u32, bool)> {
+    let needed = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    // SAFETY: `device` is a physical device of `instance`.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(device) };
+    let index = families.iter().position(|family| family.queue_flags.contains(needed))?;
+    Some((index as u32, families[index].timestamp_valid_bits > 0))
+}

@@ -1,0 +1,3 @@
+//! The shaders, compiled to SPIR-V by `build.rs`.
+
+include!(concat!(env!("OUT_DIR"), "/shaders.rs"));

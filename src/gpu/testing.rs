@@ -1,0 +1,123 @@
+//! What the unit tests of the stages share: a watched device, small maps, and reading images back.
+
+use super::commands::{COPY_WRITE, Commands, HOST_READ};
+use super::memory::{Access, Buffer, Image};
+use super::view::GBuffer;
+use super::{Context, ContextOptions};
+use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
+use crate::scene::view::{Camera, Frame, Projection, View};
+use ash::vk;
+use bytemuck::Pod;
+use glam::{DVec3, Mat4, Vec3};
+use std::sync::Arc;
+
+/// A software or hardware device with the validation layer on: a machine without fails the test.
+pub fn context() -> Arc<Context> {
+    let options = ContextOptions { validation: true, ..Default::default() };
+    Context::new(&options).expect("a Vulkan device and the validation layer")
+}
+
+/// Fails when the validation layer has said anything.
+pub fn assert_valid(context: &Context) {
+    let messages = context.validation_messages();
+    assert!(messages.is_empty(), "{}", messages.join("\n\n"));
+}
+
+/// A view from +z, four scene radii away.
+pub fn view(width: u32, height: u32) -> View {
+    let camera = Camera {
+        name: "test".into(),
+        eye: DVec3::Z * 4.0,
+        right: DVec3::X,
+        up: DVec3::Y,
+        back: DVec3::Z,
+        projection: Projection::Perspective { yfov: 0.6 },
+        near: 0.1,
+        far: None,
+        designed: None,
+    };
+    let frame =
+        Frame { center: DVec3::ZERO, radius: 1.0, right: DVec3::X, up: DVec3::Y, back: DVec3::Z };
+    let eye = Vec3::Z * 4.0;
+    View { width, height, camera, frame, eye, clip_from_frame: Mat4::IDENTITY }
+}
+
+/// Maps of a bumpy sphere with many materials; every seventh object pixel is EDGE.
+pub fn maps(width: u32, height: u32) -> (Maps, View) {
+    let n = (width * height) as usize;
+    let mut maps = Maps {
+        surface: Surface { width, height, ..Default::default() },
+        normal_detail: 0.1,
+        ..Default::default()
+    };
+    let surface = &mut maps.surface;
+    for i in 0..n {
+        let x = 2.2 * ((i % width as usize) as f32 + 0.5) / width as f32 - 1.1;
+        let y = 1.1 - 2.2 * ((i / width as usize) as f32 + 0.5) / height as f32;
+        let r2 = x * x + y * y;
+        let wave = |k: usize| (((i * k) % 101) as f32) / 100.0;
+        let inside = r2 < 1.0;
+        let z = (1.0 - r2).max(0.0).sqrt();
+        let keep = |v: [f32; 3]| if inside { v } else { [0.0; 3] };
+        let normal = Vec3::new(x, y, z + 0.2 * wave(3)).normalize();
+        let kind = match (inside, i % 7) {
+            (false, _) => PixelType::Background,
+            (true, 0) => PixelType::Edge,
+            (true, _) => PixelType::Surface,
+        };
+        surface.code.push(inside.into());
+        surface.depth.push(4.0 - z);
+        surface.position.push(keep([x, y, z]));
+        surface.normal.push(keep(normal.to_array()));
+        surface.base_color.push(keep([wave(5), wave(7), wave(11)]));
+        surface.metallic.push(keep([wave(13); 3])[0]);
+        surface.roughness.push(keep([wave(17); 3])[0]);
+        surface.emissive.push(keep([0.1 * wave(19), 0.0, 0.0]));
+        maps.types.push(kind);
+    }
+    let count = |kind| maps.types.iter().filter(|&&k| k == kind).count() as u32;
+    maps.counts = PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
+    (maps, view(width, height))
+}
+
+/// Puts the surface where the visibility draw would put it.
+pub fn upload_surface(context: &Arc<Context>, surface: &Surface, to: &GBuffer) {
+    let join = |a: &[[f32; 3]], b: &[f32]| -> Vec<[f32; 4]> {
+        a.iter().zip(b).map(|(a, &b)| [a[0], a[1], a[2], b]).collect()
+    };
+    let zero = vec![0.0; surface.code.len()];
+    let source = vk::BufferUsageFlags::TRANSFER_SRC;
+    let vec4 = [
+        (join(&surface.position, &surface.roughness), &to.position_roughness),
+        (join(&surface.normal, &surface.metallic), &to.normal_metallic),
+        (join(&surface.base_color, &zero), &to.base_color),
+        (join(&surface.emissive, &zero), &to.emissive),
+    ]
+    .map(|(data, image)| (Buffer::of(context, "upload", &data, source).unwrap(), image));
+    let code = Buffer::of(context, "upload", &surface.code, source).unwrap();
+    Commands::once(context, |cmd| {
+        context.upload(cmd, &code, &to.code);
+        for (buffer, image) in &vec4 {
+            context.upload(cmd, buffer, image);
+        }
+        Ok(())
+    })
+    .unwrap();
+}
+
+/// Reads a whole image in layout `GENERAL`.
+pub fn download<T: Pod>(context: &Arc<Context>, image: &Image) -> Vec<T> {
+    let extent = image.extent();
+    let mut out = vec![T::zeroed(); (extent.width * extent.height) as usize];
+    let usage = vk::BufferUsageFlags::TRANSFER_DST;
+    let size = size_of_val(out.as_slice()) as u64;
+    let buffer = Buffer::new(context, "download", size, usage, Access::Readback).unwrap();
+    Commands::once(context, |cmd| {
+        context.download(cmd, (image, vk::ImageLayout::GENERAL, 0), &buffer);
+        context.barrier(cmd, COPY_WRITE, HOST_READ);
+        Ok(())
+    })
+    .unwrap();
+    buffer.read(&mut out);
+    out
+}
