@@ -24,7 +24,7 @@ const MEANINGS: [&str; 5] = [
 ];
 
 /// Size of the inline plot: text stays legible at a phone's width.
-const PLOT: (u32, u32) = (480, 330);
+const PLOT: (u32, u32) = (480, 440);
 
 /// What the sheet shows.
 #[derive(Debug)]
