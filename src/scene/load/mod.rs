@@ -114,7 +114,6 @@ struct Loader<'a> {
     /// For each variant its meshes, and whether they stand in the world already.
     known: HashMap<Variant, Rc<[(u32, bool)]>>,
     joints: HashMap<usize, Rc<[DMat4]>>,
-    vertices: usize,
     polygons: u32,
     without_triangles: usize,
     scene: Scene,
@@ -134,7 +133,6 @@ impl<'a> Loader<'a> {
             materials: Materials::new(document),
             known: HashMap::new(),
             joints: HashMap::new(),
-            vertices: 0,
             polygons: 0,
             without_triangles: 0,
             scene,
@@ -251,10 +249,6 @@ impl<'a> Loader<'a> {
         let (mut mesh, in_world) = mesh::build(self.accessors, primitive, pose, normal_uv)?;
         if mesh.indices.is_empty() {
             return Ok(None);
-        }
-        self.vertices += mesh.vertices.len();
-        if self.vertices > mesh::MAX_VERTICES {
-            return Err(format!("the scene stores more than {} vertices", mesh::MAX_VERTICES));
         }
         mesh.name = label(json_mesh.name.as_deref());
         mesh.material = material;
