@@ -7,7 +7,7 @@ use fixtures::{glb, parse_glb, png, positions, rig, scene, triangle, views, writ
 use glam::{DQuat, DVec3};
 use klieg::lighting::{Light, LightKind};
 use klieg::scene::view::{Camera, Projection, View};
-use klieg::scene::{Scene, SceneLight, SceneLightKind, lights, lit};
+use klieg::scene::{Scene, SceneLight, SceneLightKind, lights, lit, load};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -260,6 +260,33 @@ fn lights_and_camera_come_back() {
         lit_scene.lights[0].position.x += 0.01 * view.frame.radius;
         let (rig_read, _) = lights::rig(&lit_scene, &view).expect("a rig");
         assert!(difference(&rig_read, &rig()) > 1e-3);
+    }
+}
+
+#[test]
+fn a_lit_file_loads_with_its_rig_and_view() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out.glb");
+    for source in write_all(folder.path()) {
+        for view in views() {
+            lit::write(&source, &view, &rig(), &out).expect("a lit scene");
+            let mut lit_scene = load::load(&out).expect("the lit scene");
+            let is_own = |camera: &&Camera| camera.designed.is_some();
+            let cameras: Vec<_> = lit_scene.cameras.iter().filter(is_own).cloned().collect();
+            let [camera] = &cameras[..] else { panic!("{cameras:?}") };
+            assert_eq!(camera.designed.map(|view| view.size), Some([320, 200]));
+            let again = View::new(&lit_scene, camera.clone(), 320, 200).expect("a view");
+            assert!(again.clip_from_frame.abs_diff_eq(view.clip_from_frame, 1e-5), "{camera:?}");
+            assert!(again.eye.abs_diff_eq(view.eye, 1e-5));
+            let (rig_read, warnings) = lights::rig(&lit_scene, &again).expect("a rig");
+            assert!(warnings.is_empty(), "{warnings:?}");
+            assert!(difference(&rig_read, &rig()) < 1e-5, "{rig_read:?}");
+            for light in &mut lit_scene.lights {
+                light.intensity *= 1.01;
+            }
+            let (rig_read, _) = lights::rig(&lit_scene, &again).expect("a rig");
+            assert!(difference(&rig_read, &rig()) > 1e-2);
+        }
     }
 }
 
