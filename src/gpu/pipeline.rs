@@ -44,7 +44,8 @@ impl DescriptorSet {
         };
         let layout_bindings: Vec<_> = bindings.iter().map(of).collect();
         let layout = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
-        let size = |&(_, kind, _): &Binding| vk::DescriptorPoolSize { ty: kind, descriptor_count: 1 };
+        let size =
+            |&(_, kind, _): &Binding| vk::DescriptorPoolSize { ty: kind, descriptor_count: 1 };
         let sizes: Vec<_> = bindings.iter().map(size).collect();
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
         let device = context.device();
@@ -54,8 +55,7 @@ impl DescriptorSet {
             set.layout = device
                 .create_descriptor_set_layout(&layout, None)
                 .call("vkCreateDescriptorSetLayout")?;
-            set.pool =
-                device.create_descriptor_pool(&pool, None).call("vkCreateDescriptorPool")?;
+            set.pool = device.create_descriptor_pool(&pool, None).call("vkCreateDescriptorPool")?;
             let layouts = [set.layout];
             let info = vk::DescriptorSetAllocateInfo::default()
                 .descriptor_pool(set.pool)
@@ -79,9 +79,7 @@ impl DescriptorSet {
 
     /// Puts a whole buffer at `binding`. The set must not be in use.
     pub fn write_buffer(&mut self, binding: u32, buffer: &Buffer) {
-        let info = [vk::DescriptorBufferInfo::default()
-            .buffer(buffer.raw())
-            .range(vk::WHOLE_SIZE)];
+        let info = [vk::DescriptorBufferInfo::default().buffer(buffer.raw()).range(vk::WHOLE_SIZE)];
         let write = vk::WriteDescriptorSet::default()
             .dst_set(self.raw)
             .dst_binding(binding)
