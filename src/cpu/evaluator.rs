@@ -34,7 +34,7 @@ struct Part {
     sum: f64,
     /// Of squared deviations of `I` from the band's own mean.
     squares: f64,
-    /// Of `min(edge_contrast, |∇I|)` over EDGE.
+    /// Of `min(1, |∇I| / edge_contrast)` over EDGE.
     edge: f64,
     /// Of `|∇I|` over SURFACE.
     gradient: f64,
@@ -70,8 +70,9 @@ impl CpuEvaluator {
         let mut histogram = [0; HISTOGRAM_BINS];
         kernels::histogram(own, &mut histogram);
         let inner = kernels::interior_gradient(picture, &band.runs, &mut scratch.lengths);
-        let outer = kernels::tapped_gradient(picture, &band.surface, f32::INFINITY);
-        let edge = kernels::tapped_gradient(picture, &band.edge, self.objective.edge_contrast);
+        let outer = kernels::tapped_gradient(picture, &band.surface, |length| length);
+        let full = self.objective.edge_contrast;
+        let edge = kernels::tapped_gradient(picture, &band.edge, |length| (length / full).min(1.0));
         Part { sum, squares, edge, gradient: inner + outer, histogram }
     }
 
@@ -92,9 +93,8 @@ impl CpuEvaluator {
         for part in parts.clone() {
             histogram.iter_mut().zip(part.histogram).for_each(|(bin, count)| *bin += count);
         }
-        let contrast = mean_of(total(|part| part.edge), counts.edge);
         Statistics {
-            edge_contrast: (contrast / f64::from(self.objective.edge_contrast)) as f32,
+            edge_contrast: mean_of(total(|part| part.edge), counts.edge) as f32,
             mean: mean as f32,
             variance: mean_of(squares, counts.object()) as f32,
             gradient: mean_of(total(|part| part.gradient), counts.surface) as f32,

@@ -76,12 +76,12 @@ fn add_light<const POINT: bool>(
 /// Sum and sum of squared deviations from the mean.
 #[multiversion(targets = "simd")]
 pub fn moments(picture: &[f32]) -> (f64, f64) {
-    let sum = sum(picture, |i| i);
+    let total = sum(picture, |i| i);
     let count = picture.len().max(1) as f64;
-    let mean = (sum / count) as f32;
-    let squares = self::sum(picture, |i| (i - mean) * (i - mean));
-    let off = sum / count - f64::from(mean);
-    (sum, squares - count * off * off)
+    let mean = (total / count) as f32;
+    let squares = sum(picture, |i| (i - mean) * (i - mean));
+    let off = total / count - f64::from(mean);
+    (total, squares - count * off * off)
 }
 
 /// Adds a picture to its histogram.
@@ -137,14 +137,14 @@ pub fn interior_gradient(picture: &[f32], runs: &[Run], lengths: &mut [f32]) -> 
     total
 }
 
-/// Sum of `min(limit, |∇I|)` over pixels that name their nine taps.
-pub fn tapped_gradient(picture: &[f32], taps: &[[u32; 9]], limit: f32) -> f64 {
+/// Sum of `f(|∇I|)` over pixels that name their nine taps.
+pub fn tapped_gradient(picture: &[f32], taps: &[[u32; 9]], f: impl Fn(f32) -> f32) -> f64 {
     taps.iter()
         .map(|taps| {
             let t = taps.map(|tap| picture[tap as usize]);
             let x = (t[2] - t[0]) + 2.0 * (t[5] - t[3]) + (t[8] - t[6]);
             let y = (t[6] - t[0]) + 2.0 * (t[7] - t[1]) + (t[8] - t[2]);
-            f64::from(((x * x + y * y).sqrt() * 0.125).min(limit))
+            f64::from(f((x * x + y * y).sqrt() * 0.125))
         })
         .sum()
 }

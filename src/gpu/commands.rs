@@ -28,15 +28,13 @@ impl Commands {
             context: Arc::clone(context),
         };
         let device = context.device();
-        let pool =
-            vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family());
+        let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family());
         // SAFETY: the device is alive; every info is complete; a half-made `commands` is dropped
         // on failure.
         unsafe {
             commands.pool = device.create_command_pool(&pool, None).call("vkCreateCommandPool")?;
-            commands.fence = device
-                .create_fence(&vk::FenceCreateInfo::default(), None)
-                .call("vkCreateFence")?;
+            commands.fence =
+                device.create_fence(&vk::FenceCreateInfo::default(), None).call("vkCreateFence")?;
             let info = vk::CommandBufferAllocateInfo::default()
                 .command_pool(commands.pool)
                 .level(vk::CommandBufferLevel::PRIMARY)
@@ -125,10 +123,8 @@ pub const COMPUTE_READ: Scope =
 pub const FRAGMENT_READ: Scope =
     (vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 /// Fragments are written as colours.
-pub const COLOR_WRITE: Scope = (
-    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
-    vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
-);
+pub const COLOR_WRITE: Scope =
+    (vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
 /// Copies read.
 pub const COPY_READ: Scope = (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
 /// Copies write.

@@ -102,9 +102,8 @@ impl Context {
             allocation_sizes: Default::default(),
         })
         .map_err(|source| Error::DeviceMemory { what: "the allocator".into(), source })?;
-        let debug = instance
-            .debug_utils
-            .then(|| ext::debug_utils::Device::new(&instance.raw, &device.raw));
+        let debug =
+            instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device.raw));
         // SAFETY: `physical` is a device of the living instance.
         let limits = unsafe { instance.raw.get_physical_device_properties(physical) }.limits;
         let picture_memory = options.picture_memory.unwrap_or(report.memory / 2);
@@ -253,7 +252,6 @@ fn create_device(
         .push_next(&mut vulkan12);
     // SAFETY: the device has the features (its report lacks nothing), and the chain outlives the
     // call.
-    let raw =
-        unsafe { instance.create_device(physical, &info, None) }.call("vkCreateDevice")?;
+    let raw = unsafe { instance.create_device(physical, &info, None) }.call("vkCreateDevice")?;
     Ok(OwnedDevice { raw })
 }

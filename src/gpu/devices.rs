@@ -1,8 +1,8 @@
 //! Which Vulkan devices there are, and which of them is taken.
 
+use super::Call;
 use super::instance::OwnedInstance;
 use super::requirements;
-use super::Call;
 use crate::evaluate::DeviceInfo;
 use crate::{Error, Result};
 use ash::vk;

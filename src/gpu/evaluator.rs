@@ -1,12 +1,12 @@
 //! The Vulkan evaluator.
 
+use super::Context;
 use super::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::drawn::{self, Drawn};
 use super::generation::{GenerationMemory, Stages};
 use super::layout::Detail;
 use super::memory::{Access, Buffer};
 use super::view::ViewMemory;
-use super::Context;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, Population};
@@ -118,12 +118,8 @@ impl GpuEvaluator {
             // The old memory goes first, so that the two need not fit together.
             self.recorded = None;
             self.generation = None;
-            self.generation = Some(GenerationMemory::new(
-                &self.context,
-                &mut self.view,
-                &self.stages,
-                capacity,
-            )?);
+            self.generation =
+                Some(GenerationMemory::new(&self.context, &mut self.view, &self.stages, capacity)?);
         }
         Ok(individuals)
     }

@@ -177,11 +177,7 @@ impl GenerationMemory {
             // The next chunk's reductions write where `fitness` has read.
             context.barrier(cmd, COMPUTE_READ, COMPUTE_WRITE);
         }
-        context.barrier(
-            cmd,
-            COMPUTE_WRITE,
-            (HOST_READ.0 | COPY_READ.0, HOST_READ.1 | COPY_READ.1),
-        );
+        context.barrier(cmd, COMPUTE_WRITE, (HOST_READ.0 | COPY_READ.0, HOST_READ.1 | COPY_READ.1));
     }
 }
 

@@ -213,7 +213,8 @@ impl Image {
     }
 
     fn create_view(&mut self, array: bool) -> Result<()> {
-        let kind = if array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
+        let kind =
+            if array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
         let info = vk::ImageViewCreateInfo::default()
             .image(self.raw)
             .view_type(kind)

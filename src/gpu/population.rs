@@ -158,10 +158,13 @@ impl Draw {
             min_depth: 0.0,
             max_depth: 1.0,
         }];
-        let scissors =
-            [vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } }];
-        let viewport =
-            vk::PipelineViewportStateCreateInfo::default().viewports(&viewports).scissors(&scissors);
+        let scissors = [vk::Rect2D {
+            offset: vk::Offset2D::default(),
+            extent: vk::Extent2D { width, height },
+        }];
+        let viewport = vk::PipelineViewportStateCreateInfo::default()
+            .viewports(&viewports)
+            .scissors(&scissors);
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
             .topology(vk::PrimitiveTopology::TRIANGLE_LIST);

@@ -26,9 +26,21 @@ const LIMITS: [Limit; 8] = [
     ("maxVertexOutputComponents", |l| l.max_vertex_output_components.into(), 104),
     ("maxFragmentInputComponents", |l| l.max_fragment_input_components.into(), 96),
     // The bindings of the view's set.
-    ("maxPerStageDescriptorStorageImages", |l| l.max_per_stage_descriptor_storage_images.into(), 16),
-    ("maxPerStageDescriptorStorageBuffers", |l| l.max_per_stage_descriptor_storage_buffers.into(), 16),
-    ("maxPerStageDescriptorSampledImages", |l| l.max_per_stage_descriptor_sampled_images.into(), 16),
+    (
+        "maxPerStageDescriptorStorageImages",
+        |l| l.max_per_stage_descriptor_storage_images.into(),
+        16,
+    ),
+    (
+        "maxPerStageDescriptorStorageBuffers",
+        |l| l.max_per_stage_descriptor_storage_buffers.into(),
+        16,
+    ),
+    (
+        "maxPerStageDescriptorSampledImages",
+        |l| l.max_per_stage_descriptor_sampled_images.into(),
+        16,
+    ),
     ("maxPerStageResources", |l| l.max_per_stage_resources.into(), 48),
     ("maxComputeWorkGroupInvocations", |l| l.max_compute_work_group_invocations.into(), 128),
 ];

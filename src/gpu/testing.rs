@@ -36,13 +36,8 @@ pub fn view(width: u32, height: u32) -> View {
         far: None,
         designed: None,
     };
-    let frame = Frame {
-        center: DVec3::ZERO,
-        radius: 1.0,
-        right: DVec3::X,
-        up: DVec3::Y,
-        back: DVec3::Z,
-    };
+    let frame =
+        Frame { center: DVec3::ZERO, radius: 1.0, right: DVec3::X, up: DVec3::Y, back: DVec3::Z };
     let eye = Vec3::Z * 4.0;
     View { width, height, camera, frame, eye, clip_from_frame: Mat4::IDENTITY }
 }

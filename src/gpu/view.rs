@@ -345,8 +345,7 @@ mod tests {
         let context = testing::context();
         let (maps, view) = testing::maps(37, 19);
         let (objective, shading) = (Objective::default(), Shading::default());
-        let uploaded =
-            ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+        let uploaded = ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
         let mut drawn =
             ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
         drawn.add_g_buffer().unwrap();

@@ -6,6 +6,9 @@ use crate::{Error, Result};
 use glam::{DMat3, DMat4, DVec3, Vec3};
 use rayon::prelude::*;
 
+/// Least distance from the eye to the scene, in scene radii.
+const CLOSEST: f64 = 1e-4;
+
 /// From where, how wide and how closely the scene is looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Framing {
@@ -52,7 +55,7 @@ pub fn frame(scene: &Scene, framing: &Framing, aspect: f64) -> Result<Camera> {
     let distance = |axis: usize| support[axis].sum().0 / (2.0 * slopes[axis]);
     let (low, high) = points.depths();
     // No nearer than a little before the scene: one without width or height is seen from there.
-    let distance = distance(0).max(distance(1)).max(high + 1e-3 * radius);
+    let distance = distance(0).max(distance(1)).max(high + CLOSEST * radius);
     let offset = points.offsets(slopes, distance);
     Ok(Camera {
         name: "framing".into(),
@@ -193,5 +196,125 @@ impl Points<'_> {
             support = self.support(k);
         }
         support.map(Support::offset)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, Mesh, Vertex};
+    use bytemuck::Zeroable;
+    use proptest::prelude::*;
+
+    /// A scene whose triangles are the points three by three.
+    fn scene(points: &[[f32; 3]], world: DMat4) -> Scene {
+        let vertex = |&position: &[f32; 3]| Vertex { position, ..Vertex::zeroed() };
+        let mesh = Mesh {
+            vertices: points.iter().map(vertex).collect(),
+            indices: (0..points.len() as u32 / 3 * 3).collect(),
+            ..Mesh::default()
+        };
+        let instance = Instance { name: String::new(), mesh: 0, world, first_polygon: 1 };
+        Scene { meshes: vec![mesh], instances: vec![instance], ..Scene::default() }
+    }
+
+    /// Smallest and largest picture coordinates, −1..1 across the picture.
+    fn projected(scene: &Scene, camera: &Camera, aspect: f64) -> [[f64; 2]; 2] {
+        let Projection::Perspective { yfov } = camera.projection else { unreachable!() };
+        let half = (yfov / 2.0).tan();
+        let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        let mesh = &scene.meshes[0];
+        for &index in &mesh.indices {
+            let position = Vec3::from(mesh.vertices[index as usize].position).as_dvec3();
+            let p = scene.instances[0].world.transform_point3(position) - camera.eye;
+            let depth = -p.dot(camera.back);
+            assert!(depth > camera.near && depth < camera.far.unwrap_or(f64::INFINITY));
+            let at =
+                [p.dot(camera.right) / (depth * half * aspect), p.dot(camera.up) / (depth * half)];
+            for (bound, at) in bounds.iter_mut().zip(at) {
+                *bound = [bound[0].min(at), bound[1].max(at)];
+            }
+        }
+        bounds
+    }
+
+    fn assert_framed(scene: &Scene, framing: &Framing, aspect: f64) {
+        let camera = frame(scene, framing, aspect).expect("the scene has extent");
+        let limits = projected(scene, &camera, aspect);
+        let sizes = limits.map(|[low, high]| (high - low) / 2.0);
+        let largest = sizes[0].max(sizes[1]);
+        let (_, radius) = bounds(scene).expect("the scene has extent");
+        let closest = camera.near < 0.901 * CLOSEST * radius;
+        let fills = (largest - framing.fill).abs() < 1e-3;
+        assert!(fills || closest && largest < framing.fill, "{limits:?}");
+        for [low, high] in limits {
+            assert!((low + high).abs() < 1e-3, "{limits:?}");
+        }
+        let axes = DMat3::from_cols(camera.right, camera.up, camera.back);
+        assert!((axes.determinant() - 1.0).abs() < 1e-9);
+    }
+
+    proptest! {
+        #[test]
+        fn scenes_fill_the_picture_and_stand_in_its_middle(
+            points in prop::collection::vec(prop::array::uniform3(-1f32..1.0), 6..40),
+            flat in prop::option::of(0usize..3),
+            azimuth in -7.0..7.0,
+            elevation in prop_oneof![Just(-90.0), Just(90.0), -90.0..90.0],
+            fov in 1.0..150.0,
+            fill in 0.1..1.0,
+            aspect in 0.2..5.0,
+            exponent in -12i32..12,
+            shift in prop::array::uniform3(-3.0..3.0),
+        ) {
+            let mut points = points;
+            if let Some(axis) = flat {
+                points.iter_mut().for_each(|p| p[axis] = 0.25);
+            }
+            let unit = 10f64.powi(exponent);
+            let world = DMat4::from_scale(DVec3::splat(unit)) * DMat4::from_translation(shift.into());
+            let (elevation, fov) = (f64::to_radians(elevation), f64::to_radians(fov));
+            let framing = Framing { azimuth, elevation, fov, fill };
+            assert_framed(&scene(&points, world), &framing, aspect);
+        }
+    }
+
+    #[test]
+    fn azimuth_turns_to_the_right_and_elevation_up() {
+        let cube = [[-1., -1., -1.], [1., 1., 1.], [1., -1., 1.]];
+        let scene = scene(&cube, DMat4::IDENTITY);
+        let back = |azimuth: f64, elevation: f64| {
+            let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+            let framing = Framing { azimuth, elevation, ..Framing::default() };
+            frame(&scene, &framing, 1.0).expect("the scene has extent").back
+        };
+        assert!(back(0.0, 0.0).abs_diff_eq(DVec3::Z, 1e-12));
+        assert!(back(90.0, 0.0).abs_diff_eq(DVec3::X, 1e-12));
+        assert!(back(45.0, 90.0).abs_diff_eq(DVec3::Y, 1e-12));
+    }
+
+    #[test]
+    fn a_line_along_the_view_is_seen_from_before_it() {
+        let line = [[0., 0., -1.], [0., 0., 0.], [0., 0., 1.]];
+        let framing = Framing { azimuth: 0.0, elevation: 0.0, ..Framing::default() };
+        let camera = frame(&scene(&line, DMat4::IDENTITY), &framing, 1.0).expect("it has extent");
+        assert!(camera.eye.z > 1.0 && camera.near > 0.0);
+    }
+
+    #[test]
+    fn values_out_of_range_are_refused() {
+        let triangle = scene(&[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], DMat4::IDENTITY);
+        let default = Framing::default();
+        for framing in [
+            Framing { azimuth: f64::NAN, ..default },
+            Framing { elevation: 2.0, ..default },
+            Framing { fov: 0.0, ..default },
+            Framing { fov: 3.2, ..default },
+            Framing { fill: 1.1, ..default },
+        ] {
+            assert!(matches!(frame(&triangle, &framing, 1.0), Err(Error::Argument(_))));
+        }
+        assert!(frame(&triangle, &default, 0.0).is_err());
+        assert!(frame(&Scene::default(), &default, 1.0).is_err());
     }
 }

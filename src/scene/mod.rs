@@ -2,6 +2,8 @@
 
 pub mod camera;
 pub mod framing;
+pub mod lights;
+pub mod lit;
 pub mod load;
 pub mod view;
 

@@ -149,6 +149,7 @@ impl Painter<'_> {
             roughness: vec![0.0; n],
             emissive: vec![[0.0; 3]; n],
         };
+        #[rustfmt::skip]
         let Surface {
             code, depth, position, normal, base_color, metallic, roughness, emissive, ..
         } = &mut surface;

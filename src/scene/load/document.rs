@@ -32,7 +32,8 @@ pub fn parse(json: &[u8], warnings: &mut Vec<String>) -> Parsed<Document> {
     check_version(&value)?;
     check_extensions(&value, warnings)?;
     // A scene may lack nodes, which the model does not allow for.
-    for scene in value["scenes"].as_array_mut().into_iter().flatten() {
+    let scenes = value.get_mut("scenes").and_then(Value::as_array_mut);
+    for scene in scenes.into_iter().flatten() {
         if let Some(scene) = scene.as_object_mut() {
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
         }

@@ -5,7 +5,7 @@
 
 mod accessor;
 mod document;
-mod files;
+pub(super) mod files;
 mod material;
 mod mesh;
 mod nodes;

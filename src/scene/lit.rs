@@ -1,0 +1,196 @@
+//! Writes the lit scene: the original with a rig's lights (KHR_lights_punctual) and the camera that
+//! they were designed for.
+
+mod document;
+mod strip;
+
+use super::lights::LightExtras;
+use super::view::{DesignedView, Projection, View};
+use crate::lighting::{Light, LightKind, Role};
+use crate::{Error, Result};
+use document::{Document, array, object};
+use glam::{DMat3, DQuat, DVec3};
+use serde_json::{Value, json};
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// The extension that holds lights.
+const EXTENSION: &str = "KHR_lights_punctual";
+/// Name of the block of a node's `extras` that marks it as klieg's.
+const EXTRAS: &str = "klieg";
+/// How far an orthographic camera without a far plane sees, scene radii; as [`View::new`] has it.
+const FAR: f64 = 1e4;
+
+/// Writes the scene in the file `source` to `out` as one self-contained GLB: unchanged, with the
+/// lights of `rig` and the camera of `view` appended as nodes. What klieg appended to it before is
+/// replaced. Files that only unknown extensions name stay outside.
+///
+/// Intensities are physical: a white diffuse surface that faces a light at the scene's centre has
+/// the radiance `E/π = Id`, so `π·Id` lux of a directional light and `π·Id·d²` candela of a point
+/// light at the distance `d`, in world units. The pair of intensities stands in the `extras` of the
+/// light's node as `{"klieg": {"light": {"role", "diffuse", "specular"}}}`.
+///
+/// # Errors
+/// [`Error::Input`] when `source` or a file that it names cannot be used, [`Error::Argument`] for a
+/// light that glTF cannot express, [`Error::Output`] when `out` cannot be written.
+pub fn write(source: &Path, view: &View, rig: &[Light], out: &Path) -> Result<()> {
+    rig.iter().try_for_each(check)?;
+    let mut document = Document::read(source)?;
+    strip::strip(&mut document.root);
+    document.embed_files()?;
+    let scene = drawn_scene(&mut document)?;
+    for (light, name) in rig.iter().zip(names(rig)) {
+        let index = add_light(&mut document, light_json(light, view, &name))?;
+        add_node(&mut document, scene, light_node(light, view, &name, index))?;
+    }
+    let cameras = document.array("cameras")?;
+    cameras.push(camera_json(view));
+    let index = cameras.len() - 1;
+    add_node(&mut document, scene, camera_node(view, index))?;
+    document.write(out)
+}
+
+/// Refuses a light that glTF cannot express.
+fn check(light: &Light) -> Result<()> {
+    let values = [light.elevation, light.azimuth, light.diffuse, light.specular];
+    let reach = if light.kind == LightKind::Point { light.distance } else { 1.0 };
+    let finite = values.iter().all(|value| value.is_finite()) && reach.is_finite();
+    if finite && reach > 0.0 && light.diffuse >= 0.0 && light.specular >= 0.0 {
+        Ok(())
+    } else {
+        Err(Error::Argument(format!("{light:?} cannot be written as a glTF light")))
+    }
+}
+
+/// Names of the lights' nodes: `klieg` and the role, numbered where a role has several lights.
+fn names(rig: &[Light]) -> impl Iterator<Item = String> {
+    rig.iter().enumerate().map(|(index, light)| {
+        let of_role = |lights: &[Light]| lights.iter().filter(|l| l.role == light.role).count();
+        let role = match light.role {
+            Role::Key => "key",
+            Role::Fill => "fill",
+            Role::Rim => "rim",
+        };
+        if of_role(rig) == 1 {
+            format!("klieg {role}")
+        } else {
+            format!("klieg {role} {}", of_role(&rig[..=index]))
+        }
+    })
+}
+
+/// Index of the scene that is drawn; made of all root nodes where the file has no scenes.
+fn drawn_scene(document: &mut Document) -> Result<usize> {
+    if document.array("scenes")?.is_empty() {
+        let nodes = document.array("nodes")?;
+        let mut is_root = vec![true; nodes.len()];
+        let children = nodes.iter().filter_map(|node| node["children"].as_array()).flatten();
+        for child in children.filter_map(Value::as_u64) {
+            if let Some(is_root) = is_root.get_mut(child as usize) {
+                *is_root = false;
+            }
+        }
+        let roots: Vec<_> = (0..nodes.len()).filter(|&index| is_root[index]).collect();
+        document.array("scenes")?.push(json!({ "nodes": roots }));
+        document.root.insert("scene".into(), 0.into());
+    }
+    let scene = document.root.get("scene").and_then(Value::as_u64).unwrap_or(0) as usize;
+    if document.array("scenes")?.get(scene).is_none_or(|scene| !scene.is_object()) {
+        return Err(document.fault(format!("scene {scene} is missing")));
+    }
+    Ok(scene)
+}
+
+/// Appends a node to the file and to the roots of its scene.
+fn add_node(document: &mut Document, scene: usize, node: Value) -> Result<()> {
+    let nodes = document.array("nodes")?;
+    nodes.push(node);
+    let index = nodes.len() - 1;
+    let scene = document.array("scenes")?[scene].as_object_mut();
+    match scene.and_then(|scene| array(scene, "nodes")) {
+        Some(roots) => roots.push(index.into()),
+        None => return Err(document.fault("a scene's 'nodes' is not an array")),
+    }
+    Ok(())
+}
+
+/// Appends a light object and gives its index.
+fn add_light(document: &mut Document, light: Value) -> Result<usize> {
+    let used = document.array("extensionsUsed")?;
+    if used.iter().all(|name| name != EXTENSION) {
+        used.push(EXTENSION.into());
+    }
+    let lights = object(&mut document.root, "extensions")
+        .and_then(|extensions| object(extensions, EXTENSION))
+        .and_then(|extension| array(extension, "lights"));
+    match lights {
+        Some(lights) => {
+            lights.push(light);
+            Ok(lights.len() - 1)
+        }
+        None => Err(document.fault(format!("the lights of {EXTENSION} are not an array"))),
+    }
+}
+
+fn light_json(light: &Light, view: &View, name: &str) -> Value {
+    let (kind, area) = match light.kind {
+        LightKind::Point => ("point", (f64::from(light.distance) * view.frame.radius).powi(2)),
+        LightKind::Directional => ("directional", 1.0),
+    };
+    json!({ "name": name, "type": kind, "intensity": PI * f64::from(light.diffuse) * area })
+}
+
+fn light_node(light: &Light, view: &View, name: &str, index: usize) -> Value {
+    let (sin_el, cos_el) = f64::from(light.elevation).sin_cos();
+    let (sin_az, cos_az) = f64::from(light.azimuth).sin_cos();
+    let direction = DVec3::new(cos_el * sin_az, sin_el, cos_el * cos_az);
+    let mut node = json!({ "name": name });
+    match light.kind {
+        LightKind::Point => {
+            let position = view.frame.point_to_world(direction * f64::from(light.distance));
+            node["translation"] = json!(position.to_array());
+        }
+        LightKind::Directional => {
+            // It shines along its node's −Z axis, so +Z points towards it.
+            let towards = view.frame.direction_to_world(direction).normalize();
+            node["rotation"] = json!(DQuat::from_rotation_arc(DVec3::Z, towards).to_array());
+        }
+    }
+    let extras = LightExtras { role: light.role, diffuse: light.diffuse, specular: light.specular };
+    node["extensions"] = json!({ EXTENSION: { "light": index } });
+    node["extras"] = json!({ EXTRAS: { "light": extras } });
+    node
+}
+
+fn camera_json(view: &View) -> Value {
+    let camera = &view.camera;
+    let aspect = f64::from(view.width) / f64::from(view.height);
+    match camera.projection {
+        Projection::Perspective { yfov } => {
+            let mut lens = json!({ "aspectRatio": aspect, "yfov": yfov, "znear": camera.near });
+            if let Some(far) = camera.far {
+                lens["zfar"] = far.into();
+            }
+            json!({ "type": "perspective", "perspective": lens })
+        }
+        Projection::Orthographic { ymag } => {
+            let far = camera.far.unwrap_or(camera.near + FAR * view.frame.radius);
+            let lens =
+                json!({ "xmag": ymag * aspect, "ymag": ymag, "znear": camera.near, "zfar": far });
+            json!({ "type": "orthographic", "orthographic": lens })
+        }
+    }
+}
+
+fn camera_node(view: &View, index: usize) -> Value {
+    let camera = &view.camera;
+    let axes = DMat3::from_cols(camera.right, camera.up, camera.back);
+    let designed = DesignedView { size: [view.width, view.height] };
+    json!({
+        "name": "klieg camera",
+        "translation": camera.eye.to_array(),
+        "rotation": DQuat::from_mat3(&axes).normalize().to_array(),
+        "camera": index,
+        "extras": { EXTRAS: { "camera": designed } },
+    })
+}

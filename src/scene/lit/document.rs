@@ -1,0 +1,229 @@
+//! A glTF file as it stands: raw JSON and one binary chunk, so that what klieg does not know stays
+//! untouched. Containers: glTF 2.0 specification, section 4 (GLB).
+
+use crate::scene::load::files::{MAX_BYTES, Resources, read, split};
+use crate::{Error, Result};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Map, Value, json};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// A JSON object.
+pub type Object = Map<String, Value>;
+
+/// A glTF file.
+pub struct Document {
+    /// The root object.
+    pub root: Object,
+    /// The GLB's binary chunk, which is buffer 0's data.
+    binary: Option<Vec<u8>>,
+    /// Where it came from.
+    source: PathBuf,
+}
+
+impl Document {
+    /// Reads a .gltf or .glb file, told apart by their first bytes.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when it cannot be read or is not glTF.
+    pub fn read(source: &Path) -> Result<Self> {
+        let fault = |fault: String| Error::input(source, fault);
+        let bytes = read(source, MAX_BYTES).map_err(fault)?;
+        let (json, binary) = split(&bytes).map_err(fault)?;
+        let root = serde_json::from_slice(json)
+            .map_err(|error| fault(format!("not a glTF file: {error}")))?;
+        Ok(Self { root, binary: binary.map(<[u8]>::to_vec), source: source.to_owned() })
+    }
+
+    /// The array `key` of the root object, created where there is none.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when it is something else than an array.
+    pub fn array(&mut self, key: &str) -> Result<&mut Vec<Value>> {
+        array(&mut self.root, key)
+            .ok_or_else(|| Error::input(&self.source, format!("'{key}' is not an array")))
+    }
+
+    /// A fault of this file.
+    pub fn fault(&self, fault: impl std::fmt::Display) -> Error {
+        Error::input(&self.source, fault)
+    }
+
+    /// Takes in all buffers and images that lie in other files. Buffer 0 becomes the binary chunk,
+    /// other buffers data URIs, and images buffer views at its end; no index changes.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when one of them is missing, too short or in no known image format.
+    pub fn embed_files(&mut self) -> Result<()> {
+        let source = self.source.clone();
+        let mut resources = Resources::new(&source, 0);
+        for index in 0..self.array_len("buffers") {
+            self.embed_buffer(index, &mut resources)?;
+        }
+        for index in 0..self.array_len("images") {
+            self.embed_image(index, &mut resources)?;
+        }
+        Ok(())
+    }
+
+    fn array_len(&self, key: &str) -> usize {
+        self.root.get(key).and_then(Value::as_array).map_or(0, Vec::len)
+    }
+
+    fn embed_buffer(&mut self, index: usize, resources: &mut Resources) -> Result<()> {
+        let buffer = &mut self.root["buffers"][index];
+        let Some(uri) = buffer["uri"].as_str() else { return Ok(()) };
+        if index > 0 && is_data(uri) {
+            return Ok(());
+        }
+        let mut data = resources.fetch(uri).map_err(|fault| Error::input(&self.source, fault))?;
+        let length = buffer["byteLength"].as_u64().and_then(|length| usize::try_from(length).ok());
+        match length {
+            Some(length) if length <= data.len() => data.truncate(length),
+            _ => {
+                let fault = format!("buffer {index} has only {} bytes", data.len());
+                return Err(self.fault(fault));
+            }
+        }
+        if index > 0 {
+            let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&data));
+            buffer["uri"] = uri.into();
+        } else {
+            buffer.as_object_mut().and_then(|buffer| buffer.shift_remove("uri"));
+            self.binary = Some(data);
+        }
+        Ok(())
+    }
+
+    fn embed_image(&mut self, index: usize, resources: &mut Resources) -> Result<()> {
+        let image = &self.root["images"][index];
+        let Some(uri) = image["uri"].as_str().filter(|uri| !is_data(uri)) else {
+            return Ok(());
+        };
+        let data = resources.fetch(uri).map_err(|fault| Error::input(&self.source, fault))?;
+        let mime_type = match mime_type(&data).or(image["mimeType"].as_str()) {
+            Some(mime_type) => mime_type.to_owned(),
+            None => return Err(self.fault(format!("'{uri}' is in no known image format"))),
+        };
+        let view = self.append_view(&data)?;
+        let Some(image) = self.root["images"][index].as_object_mut() else { return Ok(()) };
+        image.shift_remove("uri");
+        image.insert("mimeType".into(), mime_type.into());
+        image.insert("bufferView".into(), view.into());
+        Ok(())
+    }
+
+    /// Appends `data` to the binary chunk and gives the index of its buffer view.
+    fn append_view(&mut self, data: &[u8]) -> Result<usize> {
+        if self.array("buffers")?.is_empty() {
+            self.array("buffers")?.push(json!({ "byteLength": 0 }));
+            self.binary = Some(Vec::new());
+        }
+        let Some(binary) = &mut self.binary else {
+            return Err(self.fault("buffer 0 has no data"));
+        };
+        let offset = binary.len().next_multiple_of(4);
+        binary.resize(offset, 0);
+        binary.extend_from_slice(data);
+        let length = binary.len();
+        self.array("buffers")?[0]["byteLength"] = length.into();
+        let views = self.array("bufferViews")?;
+        views.push(json!({ "buffer": 0, "byteOffset": offset, "byteLength": data.len() }));
+        Ok(views.len() - 1)
+    }
+
+    /// Writes the file as a GLB: whole under its name, or not at all.
+    ///
+    /// # Errors
+    /// [`Error::Output`], also when it would be longer than a GLB can be.
+    pub fn write(&self, out: &Path) -> Result<()> {
+        self.try_write(out).map_err(|source| Error::Output { path: out.to_owned(), source })
+    }
+
+    fn try_write(&self, out: &Path) -> std::io::Result<()> {
+        let json = serde_json::to_vec(&self.root)?;
+        let binary = self.binary.as_deref();
+        let length = glb_length(json.len(), binary.map(<[u8]>::len)).ok_or_else(|| {
+            std::io::Error::new(
+                std::io::ErrorKind::FileTooLarge,
+                "the scene with its buffers and images is over the 4 GiB that a GLB can hold",
+            )
+        })?;
+        let header = gltf::binary::Header { magic: *b"glTF", version: 2, length };
+        let glb = gltf::binary::Glb { header, json: json.into(), bin: binary.map(Into::into) };
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        {
+            // As any other new file; a temporary file would be for its owner alone.
+            use std::os::unix::fs::PermissionsExt as _;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
+        let mut writer = std::io::BufWriter::new(file.as_file_mut());
+        glb.to_writer(&mut writer).map_err(|error| match error {
+            gltf::Error::Io(error) => error,
+            other => std::io::Error::other(other),
+        })?;
+        writer.flush()?;
+        drop(writer);
+        file.persist(out)?;
+        Ok(())
+    }
+}
+
+/// The array `key` of `object`, created where there is none; `None` where it is something else.
+pub fn array<'a>(object: &'a mut Object, key: &str) -> Option<&'a mut Vec<Value>> {
+    object.entry(key).or_insert_with(|| json!([])).as_array_mut()
+}
+
+/// The object `key` of `object`, created where there is none; `None` where it is something else.
+pub fn object<'a>(object: &'a mut Object, key: &str) -> Option<&'a mut Object> {
+    object.entry(key).or_insert_with(|| json!({})).as_object_mut()
+}
+
+/// Whether a URI carries its bytes itself.
+fn is_data(uri: &str) -> bool {
+    uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
+}
+
+/// Bytes of a GLB with chunks of the given lengths; `None` when its 32-bit length cannot say it.
+fn glb_length(json: usize, binary: Option<usize>) -> Option<u32> {
+    let chunk = |length: usize| length.checked_next_multiple_of(4)?.checked_add(8);
+    let binary = binary.map_or(Some(0), chunk)?;
+    let length = chunk(json)?.checked_add(binary)?.checked_add(12)?;
+    u32::try_from(length).ok()
+}
+
+/// Media type of an image file, by its first bytes.
+fn mime_type(data: &[u8]) -> Option<&'static str> {
+    if data.starts_with(b"\xABKTX 20\xBB\r\n\x1A\n") {
+        return Some("image/ktx2");
+    }
+    image::guess_format(data).ok().map(|format| format.to_mime_type())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_glb_ends_at_four_gib() {
+        assert_eq!(glb_length(1, None), Some(24));
+        assert_eq!(glb_length(4, Some(5)), Some(12 + 12 + 16));
+        let most = u32::MAX as usize - 3 - (12 + 12 + 8);
+        assert_eq!(glb_length(4, Some(most)), Some(u32::MAX - 3));
+        assert_eq!(glb_length(4, Some(most + 1)), None);
+        assert_eq!(glb_length(usize::MAX, None), None);
+    }
+
+    #[test]
+    fn images_are_known_by_their_first_bytes() {
+        assert_eq!(mime_type(b"\x89PNG\r\n\x1A\n"), Some("image/png"));
+        assert_eq!(mime_type(b"\xFF\xD8\xFF\xE0"), Some("image/jpeg"));
+        assert_eq!(mime_type(b"RIFF\0\0\0\0WEBPVP8 "), Some("image/webp"));
+        assert_eq!(mime_type(b"\xABKTX 20\xBB\r\n\x1A\n"), Some("image/ktx2"));
+        assert_eq!(mime_type(b"text"), None);
+    }
+}

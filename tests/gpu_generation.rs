@@ -1,0 +1,218 @@
+//! A generation on the device against the plain twins, on maps made in the test.
+
+#[path = "support/gpu.rs"]
+mod support;
+
+use klieg::cpu;
+use klieg::evaluate::{Evaluator, Inspection};
+use klieg::gpu::{ContextOptions, GpuEvaluator};
+use klieg::lighting::shading::Shading;
+use klieg::lighting::{Light, LightKind, Population};
+use klieg::objective::Objective;
+use klieg::objective::maps::Maps;
+use klieg::scene::view::View;
+use support::{assert_valid, ball, context, maps, population, rigs, view, with_options};
+
+const TOLERANCE: f32 = 1e-4;
+
+fn evaluator(
+    context: &std::sync::Arc<klieg::gpu::Context>,
+    maps: &Maps,
+    view: &View,
+) -> GpuEvaluator {
+    GpuEvaluator::with_maps(context, maps, view, Objective::default(), Shading::default())
+        .expect("an evaluator")
+}
+
+fn twin(maps: &Maps, view: &View, rig: &[Light]) -> Inspection {
+    let records: Vec<_> = rig.iter().map(Light::record).collect();
+    cpu::fitness::fitness(maps, view, &Objective::default(), &Shading::default(), &records)
+}
+
+/// The largest difference of score and terms.
+fn difference(a: &Inspection, b: &Inspection) -> f32 {
+    let terms = a.terms.to_array().into_iter().zip(b.terms.to_array());
+    terms.map(|(a, b)| (a - b).abs()).fold((a.score - b.score).abs(), f32::max)
+}
+
+fn evaluate(evaluator: &mut GpuEvaluator, rigs: &[Vec<Light>]) -> Vec<f32> {
+    let mut scores = vec![f32::NAN; rigs.len()];
+    evaluator.evaluate(&population(rigs), &mut scores).expect("scores");
+    scores
+}
+
+#[test]
+fn terms_are_those_of_the_plain_twins() {
+    let context = context();
+    let mut worst = 0f32;
+    for (width, height, orthographic) in [(97, 61, false), (64, 64, true), (130, 301, false)] {
+        let (maps, view) = (ball(width, height), view(width, height, orthographic));
+        assert!(maps.counts.edge > 20 && maps.counts.surface > 20);
+        let mut evaluator = evaluator(&context, &maps, &view);
+        for (lights, kind) in [
+            (1, LightKind::Point),
+            (2, LightKind::Directional),
+            (3, LightKind::Point),
+            (4, LightKind::Point),
+            (16, LightKind::Directional),
+        ] {
+            for rig in rigs(lights as u64, 4, lights, kind) {
+                let made = evaluator.inspect(&rig).expect("an inspection");
+                let expected = twin(&maps, &view, &rig);
+                let far = difference(&made, &expected);
+                worst = worst.max(far);
+                assert!(far < TOLERANCE, "{width}x{height} {lights}: {made:?} {expected:?}");
+                for (at, (a, b)) in made.picture.iter().zip(&expected.picture).enumerate() {
+                    assert!((a - b).abs() < 2e-3, "pixel {at}: {a} {b}");
+                }
+            }
+        }
+    }
+    println!("largest difference of a term: {worst:e}");
+    assert_valid(&context);
+}
+
+#[test]
+fn one_pixel_and_one_light_are_noticed() {
+    let context = context();
+    let (maps, view) = (ball(40, 30), view(40, 30, false));
+    let rig = rigs(3, 1, 2, LightKind::Point).remove(0);
+    let made = evaluator(&context, &maps, &view).inspect(&rig).expect("an inspection");
+    assert!(difference(&made, &twin(&maps, &view, &rig)) < TOLERANCE);
+
+    let mut pixel = maps.clone();
+    let center = 15 * 40 + 20;
+    pixel.surface.base_color[center] = [0.0; 3];
+    pixel.surface.emissive[center] = [0.0; 3];
+    assert!(difference(&made, &twin(&pixel, &view, &rig)) > TOLERANCE);
+
+    let mut light = rig.clone();
+    light[1].azimuth += 0.1;
+    assert!(difference(&made, &twin(&maps, &view, &light)) > TOLERANCE);
+    assert_valid(&context);
+}
+
+#[test]
+fn unusual_pictures() {
+    let context = context();
+    let flat = |_: f32, _: f32| Some(0.0);
+    let dot = |x: f32, y: f32| (x.abs() < 0.02 && y.abs() < 0.02).then_some(0.0);
+    let nothing = |_: f32, _: f32| None;
+    let cases = [
+        maps(51, 33, flat),
+        maps(55, 55, dot),
+        maps(1, 1, flat),
+        maps(1, 300, flat),
+        maps(300, 1, flat),
+        maps(20, 20, nothing),
+    ];
+    assert_eq!(cases[1].counts.object(), 1);
+    for maps in cases {
+        let view = view(maps.surface.width, maps.surface.height, false);
+        let mut evaluator = evaluator(&context, &maps, &view);
+        for rig in rigs(11, 3, 2, LightKind::Point) {
+            let made = evaluator.inspect(&rig).expect("an inspection");
+            let expected = twin(&maps, &view, &rig);
+            assert!(difference(&made, &expected) < TOLERANCE, "{made:?} {expected:?}");
+            assert_eq!(made.statistics.histogram.iter().sum::<u32>(), maps.counts.object());
+        }
+    }
+    assert_valid(&context);
+}
+
+#[test]
+fn an_even_picture_has_no_variance_at_all() {
+    let context = context();
+    let mut maps = maps(200, 150, |_, _| Some(0.0));
+    let n = maps.types.len();
+    maps.surface.base_color = vec![[0.6, 0.5, 0.4]; n];
+    maps.surface.metallic = vec![0.0; n];
+    maps.surface.emissive = vec![[0.1; 3]; n];
+    let mut rig = rigs(5, 1, 1, LightKind::Directional).remove(0);
+    rig[0].specular = 0.0;
+    let view = view(200, 150, true);
+    let made = evaluator(&context, &maps, &view).inspect(&rig).expect("an inspection");
+    assert_eq!((made.statistics.variance, made.statistics.gradient), (0.0, 0.0));
+    assert_eq!(made.terms.hist, 1.0);
+    assert_valid(&context);
+}
+
+#[test]
+fn populations_of_any_size_give_the_same_bits_in_any_number_of_draws() {
+    let (width, height) = (45, 38);
+    let (maps, view) = (ball(width, height), view(width, height, false));
+    let all = rigs(9, 300, 3, LightKind::Point);
+    let whole = context();
+    let mut one_draw = evaluator(&whole, &maps, &view);
+    let expected = evaluate(&mut one_draw, &all);
+    let first = twin(&maps, &view, &all[299]).score;
+    assert!((expected[299] - first).abs() < TOLERANCE);
+    assert_eq!(evaluate(&mut one_draw, &all), expected);
+    assert_eq!(evaluate(&mut one_draw, &all[..30]), expected[..30]);
+    assert_eq!(evaluate(&mut one_draw, &all[7..8]), expected[7..8]);
+
+    // Room for seven pictures: 43 draws, the last of 6.
+    let picture_memory = Some(u64::from(width * height * 4 * 7));
+    let small = with_options(ContextOptions { picture_memory, ..Default::default() });
+    let mut many_draws = evaluator(&small, &maps, &view);
+    assert_eq!(evaluate(&mut many_draws, &all), expected);
+    assert_valid(&whole);
+    assert_valid(&small);
+}
+
+#[test]
+fn a_population_beyond_the_layer_limit() {
+    let context = context();
+    let (maps, view) = (ball(9, 7), view(9, 7, false));
+    let layers = context.report().max_layers as usize;
+    let all = rigs(2, layers + 5, 1, LightKind::Directional);
+    let mut evaluator = evaluator(&context, &maps, &view);
+    let scores = evaluate(&mut evaluator, &all);
+    for at in [0, layers - 1, layers, layers + 4] {
+        assert!((scores[at] - twin(&maps, &view, &all[at]).score).abs() < TOLERANCE, "{at}");
+    }
+    assert_valid(&context);
+}
+
+#[test]
+fn a_generation_reads_four_bytes_an_individual_and_makes_nothing() {
+    let context = context();
+    let (maps, view) = (ball(70, 50), view(70, 50, false));
+    let mut evaluator = evaluator(&context, &maps, &view);
+    evaluate(&mut evaluator, &rigs(1, 30, 2, LightKind::Point));
+    for seed in 2..5 {
+        let before = context.counters();
+        evaluate(&mut evaluator, &rigs(seed, 30, 2, LightKind::Point));
+        let after = context.counters();
+        assert_eq!(after.bytes_read - before.bytes_read, 4 * 30);
+        assert_eq!(
+            (after.allocations, after.pipelines, after.descriptors),
+            (before.allocations, before.pipelines, before.descriptors)
+        );
+    }
+    // The counters do count.
+    let before = context.counters();
+    evaluate(&mut evaluator, &rigs(1, 31, 3, LightKind::Point));
+    let after = context.counters();
+    assert!(after.allocations > before.allocations && after.pipelines > before.pipelines);
+    assert!(after.descriptors > before.descriptors);
+    let stems: Vec<_> = evaluator.timings().iter().map(|row| row.0).collect();
+    assert_eq!(stems, ["population", "histogram", "moments", "gradient", "fitness"]);
+    assert_valid(&context);
+}
+
+#[test]
+fn nothing_to_do_and_wrong_arguments() {
+    let context = context();
+    let (maps, wide) = (ball(20, 10), view(20, 10, false));
+    let mut evaluator = evaluator(&context, &maps, &wide);
+    let none = Population::new(2).expect("two lights");
+    evaluator.evaluate(&none, &mut []).expect("no work");
+    let error = evaluator.evaluate(&none, &mut [0.0]).expect_err("a place too many");
+    assert!(error.is_input(), "{error}");
+    let other = view(10, 20, false);
+    let (objective, shading) = (Objective::default(), Shading::default());
+    let error = GpuEvaluator::with_maps(&context, &maps, &other, objective, shading);
+    assert!(error.is_err_and(|error| error.is_input()));
+    assert_valid(&context);
+}

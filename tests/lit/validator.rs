@@ -1,0 +1,100 @@
+//! Lit scenes pass the Khronos glTF validator. It runs on Node.js and is installed from npm, in the
+//! version that `tests/validator/package.json` pins, where it is not there yet.
+
+use super::fixtures::{glb, positions, rig, triangle, views, write, write_all};
+use klieg::scene::lit;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// Runs a program and gives what it prints.
+fn run(command: &mut Command) -> Vec<u8> {
+    let output = command.output().unwrap_or_else(|error| {
+        panic!("{command:?}: {error}; the glTF validator needs Node.js 16 or later and npm")
+    });
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command:?}: {}\n{complaint}", output.status);
+    output.stdout
+}
+
+/// The folder with the validator, installed once.
+fn installed() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/validator");
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("validator");
+        std::fs::create_dir_all(&folder).expect("a folder for the validator");
+        for name in ["package.json", "validate.mjs"] {
+            std::fs::copy(source.join(name), folder.join(name)).expect("a copied file");
+        }
+        let pinned = std::fs::read(folder.join("package.json")).expect("the copied file");
+        let pinned: Value = serde_json::from_slice(&pinned).expect("JSON");
+        let installed = std::fs::read(folder.join("node_modules/gltf-validator/package.json"));
+        let installed: Value =
+            installed.map_or(Value::Null, |json| serde_json::from_slice(&json).expect("JSON"));
+        if installed["version"] != pinned["dependencies"]["gltf-validator"] {
+            let flags = ["install", "--no-package-lock", "--no-audit", "--no-fund"];
+            run(Command::new("npm").args(flags).current_dir(&folder));
+        }
+        folder
+    })
+}
+
+/// The validator's reports on some files.
+fn validate(files: &[PathBuf]) -> Vec<Value> {
+    let script = installed().join("validate.mjs");
+    serde_json::from_slice(&run(Command::new("node").arg(script).args(files))).expect("JSON")
+}
+
+/// Codes of a report's issues up to a severity: 0 errors, 1 warnings, 2 and 3 hints.
+fn codes(report: &Value, severity: u64) -> Vec<&str> {
+    let messages = report["messages"].as_array().expect("messages");
+    let mut codes: Vec<_> = messages
+        .iter()
+        .filter(|message| message["severity"].as_u64().is_some_and(|level| level <= severity))
+        .map(|message| message["code"].as_str().expect("a code"))
+        .collect();
+    codes.sort_unstable();
+    codes
+}
+
+#[test]
+fn lit_scenes_are_as_valid_as_the_originals() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut sources = write_all(folder.path());
+    let scenes = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"));
+    for entry in scenes.into_iter().flatten() {
+        let path = entry.expect("a scene").path();
+        sources.extend(path.extension().is_some_and(|kind| kind == "glb").then_some(path));
+    }
+    let mut lit = Vec::new();
+    for (index, source) in sources.iter().enumerate() {
+        for (number, view) in views().iter().enumerate() {
+            let out = folder.path().join(format!("out-{index}-{number}.glb"));
+            lit::write(source, view, &rig(), &out).expect("a lit scene");
+            // Once more, to see what the removal of the first lights leaves.
+            lit::write(&out, view, &rig()[..2], &out).expect("a lit scene");
+            lit.push(out);
+        }
+    }
+    let (before, after) = (validate(&sources), validate(&lit));
+    for (index, report) in after.iter().enumerate() {
+        let original = &before[index / views().len()];
+        let mut found = codes(report, 1);
+        // A GLB has one binary chunk: buffers beyond the first can only be data URIs in it.
+        found.retain(|&code| code != "DATA_URI_GLB");
+        assert_eq!(found, codes(original, 1), "{original:#}\n{report:#}");
+        let unused = |report| codes(report, 3).iter().filter(|&&c| c == "UNUSED_OBJECT").count();
+        assert!(unused(report) <= unused(original), "{report:#}");
+    }
+}
+
+#[test]
+fn the_validator_finds_faults() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut root = triangle();
+    root["nodes"][0]["rotation"] = serde_json::json!([0.0, 0.0, 0.0, 0.5]);
+    let path = write(folder.path(), "bad.glb", &glb(&root, Some(&positions())));
+    assert_eq!(codes(&validate(&[path])[0], 0), ["ROTATION_NON_UNIT"]);
+}

@@ -1,0 +1,7 @@
+//! Loading of glTF: what the loader must read, and what it must refuse.
+
+mod faults;
+mod file;
+mod geometry;
+mod materials;
+mod stage;
