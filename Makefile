@@ -22,7 +22,8 @@ setup:
 design: setup
 	cargo run --release -- design "$(SCENE)" --out "$(OUT)" --device vulkan $(ARGS)
 
-test: setup
+test:
+	@.ci/setup test
 	$(if $(LAVAPIPE),VK_DRIVER_FILES=$(LAVAPIPE) VK_ICD_FILENAMES=$(LAVAPIPE)) cargo test
 
 check: setup

@@ -2,6 +2,7 @@
 
 use super::Context;
 use super::commands::{COPY_WRITE, Commands, HOST_READ};
+use super::drawn::{self, Drawn};
 use super::generation::{GenerationMemory, Stages};
 use super::layout::Detail;
 use super::memory::{Access, Buffer};
@@ -11,6 +12,7 @@ use crate::lighting::shading::Shading;
 use crate::lighting::{Light, Population};
 use crate::objective::maps::Maps;
 use crate::objective::{Objective, Statistics, Terms};
+use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
 use ash::vk;
@@ -28,11 +30,29 @@ pub struct GpuEvaluator {
     commands: Commands,
     stages: Stages,
     view: ViewMemory,
-    maps: Maps,
+    drawn: Option<Drawn>,
+    maps: Option<Maps>,
     context: Arc<Context>,
 }
 
 impl GpuEvaluator {
+    /// An evaluator that draws the scene and makes the view's maps on the device.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a picture larger than the device can draw, [`Error::Unsupported`]
+    /// when something of the scene is more than it can take, [`Error::Input`] for a scene with more
+    /// vertices than Vulkan can address, and what the device reports.
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &Scene,
+        view: &View,
+        objective: Objective,
+        shading: Shading,
+    ) -> Result<Self> {
+        let (view, drawn) = drawn::draw(context, scene, view, &objective, &shading)?;
+        Self::of(context, view, Some(drawn), None)
+    }
+
     /// An evaluator for a view whose maps are known.
     ///
     /// # Errors
@@ -46,6 +66,15 @@ impl GpuEvaluator {
         shading: Shading,
     ) -> Result<Self> {
         let view = ViewMemory::with_maps(context, maps, view, &objective, &shading)?;
+        Self::of(context, view, None, Some(maps.clone()))
+    }
+
+    fn of(
+        context: &Arc<Context>,
+        view: ViewMemory,
+        drawn: Option<Drawn>,
+        maps: Option<Maps>,
+    ) -> Result<Self> {
         Ok(Self {
             generation: None,
             recorded: None,
@@ -53,9 +82,16 @@ impl GpuEvaluator {
             commands: Commands::new(context)?,
             stages: Stages::new(context, &view)?,
             view,
-            maps: maps.clone(),
+            drawn,
+            maps,
             context: Arc::clone(context),
         })
+    }
+
+    /// GPU milliseconds of each stage that drew the view; empty for a view whose maps were known,
+    /// and where the device has no timestamps.
+    pub fn view_timings(&self) -> &[(&'static str, f64)] {
+        self.drawn.as_ref().map_or(&[], |drawn| &drawn.timings)
     }
 
     /// The device and what was made and read on it.
@@ -186,6 +222,11 @@ impl Evaluator for GpuEvaluator {
     }
 
     fn maps(&mut self) -> Result<&Maps> {
-        Ok(&self.maps)
+        if self.maps.is_none()
+            && let Some(drawn) = &self.drawn
+        {
+            self.maps = Some(drawn.read(&self.view)?);
+        }
+        Ok(self.maps.as_ref().expect("maps are known or drawn"))
     }
 }

@@ -6,18 +6,24 @@
 mod commands;
 mod context;
 mod devices;
+mod drawn;
 mod evaluator;
 mod generation;
+mod geometry;
 mod instance;
 pub mod layout;
+mod maps;
 mod memory;
 mod pipeline;
 mod population;
 mod requirements;
 pub mod shaders;
+mod staging;
 #[cfg(test)]
 mod testing;
+mod textures;
 mod view;
+mod visibility;
 
 pub use context::{Context, ContextOptions, Counters};
 pub use devices::{DeviceChoice, DeviceReport, devices};

@@ -72,6 +72,11 @@ impl DescriptorSet {
         self.raw
     }
 
+    /// The layout's Vulkan handle.
+    pub fn layout(&self) -> vk::DescriptorSetLayout {
+        self.layout
+    }
+
     fn kind(&self, binding: u32) -> vk::DescriptorType {
         let found = self.bindings.iter().find(|b| b.0 == binding);
         found.expect("a binding of the layout").1

@@ -1,0 +1,39 @@
+// What the stages that run once for each view share: set 1, their scratch memory. The other side is
+// src/gpu/maps.rs.
+#ifndef KLIEG_MAPS
+#define KLIEG_MAPS
+
+#include "layout.glsl"
+
+layout(set = 1, binding = 0, std430) buffer DepthRange { uint largest_depth; };
+layout(set = 1, binding = 1, std430) buffer Visible { uint visible[]; };
+layout(set = 1, binding = 2, std430) buffer Partials { float partials[]; };
+
+// A work group's invocations stand side by side; each takes a strip of so many pixels downwards.
+layout(constant_id = 2) const uint STRIP = 16u;
+
+// Floats as integers of the same order above 0, so that atomicMax finds the largest.
+uint ordered(float x) {
+    uint bits = floatBitsToUint(x);
+    return (bits & 0x80000000u) != 0u ? ~bits : bits | 0x80000000u;
+}
+
+float from_ordered(uint key) {
+    return uintBitsToFloat((key & 0x80000000u) != 0u ? key & 0x7fffffffu : ~key);
+}
+
+bool inside(ivec2 pixel) {
+    return all(greaterThanEqual(pixel, ivec2(0)))
+        && all(lessThan(pixel, ivec2(parameters.size)));
+}
+
+bool is_object(ivec2 pixel) {
+    return texelFetch(code_map, pixel, 0).r != 0u;
+}
+
+// Distance along the view axis, scene radii.
+float object_depth(ivec2 pixel) {
+    return parameters.eye.z - texelFetch(position_roughness_map, pixel, 0).z;
+}
+
+#endif

@@ -1,0 +1,282 @@
+//! The scene's triangles and materials as the visibility draw reads them.
+
+use super::Context;
+use super::memory::{Access, Buffer};
+use super::staging::Uploader;
+use crate::scene::view::View;
+use crate::scene::{Instance, Material, Scene, TextureRef, Vertex};
+use crate::{Error, Result};
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat3, DVec3};
+use std::sync::Arc;
+
+/// What the draw needs of an instance; `InstanceRecord` of `shaders/include/visibility.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct InstanceRecord {
+    /// Light frame from mesh space, column by column.
+    pub frame_from_mesh: [[f32; 4]; 4],
+    /// A positive multiple of the inverse transpose of its linear part.
+    pub normal_from_mesh: [[f32; 4]; 3],
+    /// Colour code of the first triangle.
+    pub first_polygon: u32,
+    /// Index into the materials.
+    pub material: u32,
+    /// 1 where the transform turns the winding round.
+    pub mirrored: u32,
+    /// To a multiple of 16 bytes.
+    pub padding: u32,
+}
+
+/// A material's use of a texture: the rows of its transform, the coordinate set in `u[3]`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct TextureUse {
+    /// Gives `u'`.
+    pub u: [f32; 4],
+    /// Gives `v'`.
+    pub v: [f32; 4],
+}
+
+/// What the draw needs of a material; `MaterialRecord` of `shaders/include/visibility.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct MaterialRecord {
+    /// Linear, with alpha.
+    pub base_color: [f32; 4],
+    /// Linear; then the scale of the normal texture's x and y.
+    pub emissive_normal_scale: [f32; 4],
+    /// Factor.
+    pub metallic: f32,
+    /// Factor.
+    pub roughness: f32,
+    /// Least alpha that is drawn.
+    pub alpha_cutoff: f32,
+    /// [`DOUBLE_SIDED`] and [`NORMAL_MAPPED`].
+    pub flags: u32,
+    /// Base colour, metallic-roughness, normal, emissive.
+    pub textures: [TextureUse; 4],
+}
+
+/// Flag of a material whose back faces are drawn.
+pub const DOUBLE_SIDED: u32 = 1;
+/// Flag of a material with a normal texture.
+pub const NORMAL_MAPPED: u32 = 2;
+
+impl InstanceRecord {
+    fn new(scene: &Scene, view: &View, instance: &Instance) -> Self {
+        let frame_from_mesh = view.frame_from_mesh(&instance.world);
+        let linear = DMat3::from_mat4(frame_from_mesh);
+        let mirrored = linear.determinant() < 0.0;
+        let normal = normal_transform(linear, mirrored).as_mat3();
+        Self {
+            frame_from_mesh: frame_from_mesh.as_mat4().to_cols_array_2d(),
+            normal_from_mesh: normal.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]),
+            first_polygon: instance.first_polygon,
+            material: scene.meshes[instance.mesh as usize].material,
+            mirrored: mirrored.into(),
+            padding: 0,
+        }
+    }
+}
+
+/// A positive multiple of the inverse transpose, from the cofactors, which flat transforms have too;
+/// its longest column has unit length.
+fn normal_transform(linear: DMat3, mirrored: bool) -> DMat3 {
+    let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+    let cofactors = [y.cross(z), z.cross(x), x.cross(y)];
+    let longest = cofactors.map(DVec3::length).into_iter().fold(f64::MIN_POSITIVE, f64::max);
+    let sign = if mirrored { -1.0 } else { 1.0 };
+    let [x, y, z] = cofactors.map(|column| column * (sign / longest));
+    DMat3::from_cols(x, y, z)
+}
+
+impl MaterialRecord {
+    fn new(material: &Material) -> Self {
+        let [r, g, b] = material.emissive;
+        let mut flags = 0;
+        if material.double_sided {
+            flags |= DOUBLE_SIDED;
+        }
+        if material.normal_texture.is_some() {
+            flags |= NORMAL_MAPPED;
+        }
+        Self {
+            base_color: material.base_color,
+            emissive_normal_scale: [r, g, b, material.normal_scale],
+            metallic: material.metallic,
+            roughness: material.roughness,
+            alpha_cutoff: material.alpha_cutoff,
+            flags,
+            textures: texture_slots(material).map(TextureUse::new),
+        }
+    }
+}
+
+impl TextureUse {
+    fn new(texture: Option<TextureRef>) -> Self {
+        let Some(TextureRef { uv_set, transform: [u, v], .. }) = texture else {
+            return Self::zeroed();
+        };
+        Self { u: [u[0], u[1], u[2], uv_set as f32], v: [v[0], v[1], v[2], 0.0] }
+    }
+}
+
+/// A material's textures in the order of their bindings.
+pub fn texture_slots(material: &Material) -> [Option<TextureRef>; 4] {
+    [
+        material.base_color_texture,
+        material.metallic_roughness_texture,
+        material.normal_texture,
+        material.emissive_texture,
+    ]
+}
+
+/// Consecutive instances of one mesh, drawn together.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Draw {
+    /// Index into the scene's materials.
+    pub material: u32,
+    /// Where the mesh's indices start.
+    pub first_index: u32,
+    /// Three for each triangle.
+    pub indices: u32,
+    /// Where the mesh's vertices start.
+    pub first_vertex: i32,
+    /// Index of the first instance.
+    pub first_instance: u32,
+    /// How many there are.
+    pub instances: u32,
+}
+
+/// The draws in the order of the polygons' numbers, which decides between equal depths.
+///
+/// # Errors
+/// [`Error::Input`] when there are more vertices or indices than Vulkan can address.
+pub fn draws(scene: &Scene) -> Result<Vec<Draw>> {
+    let too_large = || Error::input(&scene.path, "more than 2^31 vertices or 2^32 indices");
+    let (mut starts, mut vertex, mut index) = (Vec::new(), 0usize, 0usize);
+    for mesh in &scene.meshes {
+        let first_vertex = i32::try_from(vertex).map_err(|_| too_large())?;
+        starts.push((first_vertex, u32::try_from(index).map_err(|_| too_large())?));
+        vertex += mesh.vertices.len();
+        index += mesh.indices.len();
+    }
+    let mut first_instance = 0;
+    let draws = scene.instances.chunk_by(|a, b| a.mesh == b.mesh).map(|same| {
+        let mesh = same[0].mesh as usize;
+        let draw = Draw {
+            material: scene.meshes[mesh].material,
+            first_index: starts[mesh].1,
+            indices: 3 * scene.meshes[mesh].triangles(),
+            first_vertex: starts[mesh].0,
+            first_instance,
+            instances: same.len() as u32,
+        };
+        first_instance += draw.instances;
+        draw
+    });
+    Ok(draws.collect())
+}
+
+/// The scene in device memory, without its textures.
+pub struct Geometry {
+    /// Every mesh's [`Vertex`]es.
+    pub vertices: Buffer,
+    /// Every mesh's indices, `u32`.
+    pub indices: Buffer,
+    /// [`InstanceRecord`] of each instance.
+    pub instances: Buffer,
+    /// [`MaterialRecord`] of each material.
+    pub materials: Buffer,
+}
+
+impl Geometry {
+    /// Uploads the scene as it stands in the light frame of `view`.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] when a buffer is more than the device can take, and what the device
+    /// reports.
+    pub fn new(context: &Arc<Context>, scene: &Scene, view: &View) -> Result<Self> {
+        let instances: Vec<_> =
+            scene.instances.iter().map(|i| InstanceRecord::new(scene, view, i)).collect();
+        let materials: Vec<_> = scene.materials.iter().map(MaterialRecord::new).collect();
+        let (vertices, indices) = scene.meshes.iter().fold((0, 0), |(vertices, indices), mesh| {
+            (vertices + mesh.vertices.len() as u64, indices + mesh.indices.len() as u64)
+        });
+        check_index_range(context, scene)?;
+        let geometry = Self {
+            vertices: device_buffer(
+                context,
+                "vertices",
+                vertices * size_of::<Vertex>() as u64,
+                vk::BufferUsageFlags::VERTEX_BUFFER,
+            )?,
+            indices: device_buffer(
+                context,
+                "indices",
+                indices * 4,
+                vk::BufferUsageFlags::INDEX_BUFFER,
+            )?,
+            instances: storage_buffer(context, "instances", size_of_val(&instances[..]) as u64)?,
+            materials: storage_buffer(context, "materials", size_of_val(&materials[..]) as u64)?,
+        };
+        let mut uploader = Uploader::new(context)?;
+        let (mut vertex, mut index) = (0, 0);
+        for mesh in &scene.meshes {
+            let (vertices, indices): (&[u8], &[u8]) =
+                (bytemuck::cast_slice(&mesh.vertices), bytemuck::cast_slice(&mesh.indices));
+            uploader.buffer(&geometry.vertices, vertex, vertices)?;
+            uploader.buffer(&geometry.indices, index, indices)?;
+            vertex += vertices.len() as u64;
+            index += indices.len() as u64;
+        }
+        uploader.buffer(&geometry.instances, 0, bytemuck::cast_slice(&instances))?;
+        uploader.buffer(&geometry.materials, 0, bytemuck::cast_slice(&materials))?;
+        uploader.finish()?;
+        Ok(geometry)
+    }
+}
+
+fn device_buffer(
+    context: &Arc<Context>,
+    name: &str,
+    size: u64,
+    usage: vk::BufferUsageFlags,
+) -> Result<Buffer> {
+    Buffer::new(context, name, size, usage | vk::BufferUsageFlags::TRANSFER_DST, Access::Device)
+}
+
+/// A storage buffer of `size` bytes that the device alone touches.
+///
+/// # Errors
+/// [`Error::Unsupported`] when that is more than the device can take, and what the device reports.
+pub fn storage_buffer(context: &Arc<Context>, name: &str, size: u64) -> Result<Buffer> {
+    let largest = u64::from(context.limits().max_storage_buffer_range);
+    if size > largest {
+        return Err(unsupported(context, format!("{size} bytes of {name} (it has {largest})")));
+    }
+    let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
+    device_buffer(context, name, size, usage)
+}
+
+/// An error that says what of the scene is more than the device can take.
+pub fn unsupported(context: &Context, lacks: String) -> Error {
+    Error::Unsupported { device: context.report().info.name.clone(), lacks }
+}
+
+fn check_index_range(context: &Context, scene: &Scene) -> Result<()> {
+    let largest = context.limits().max_draw_indexed_index_value as usize;
+    match scene.meshes.iter().find(|mesh| mesh.vertices.len() > largest) {
+        Some(mesh) => Err(unsupported(
+            context,
+            format!(
+                "mesh '{}' has {} vertices (an index may be {largest})",
+                mesh.name,
+                mesh.vertices.len()
+            ),
+        )),
+        None => Ok(()),
+    }
+}
