@@ -202,7 +202,10 @@ fn row(
         median_ms,
         p95_ms: percentile(&walls, 0.95),
         evaluations_per_second: population as f64 / median_ms * 1e3,
-        stages_ms: stages.into_iter().map(|(name, times)| (name.into(), sorted_median(times).into())).collect(),
+        stages_ms: stages
+            .into_iter()
+            .map(|(name, times)| (name.into(), sorted_median(times).into()))
+            .collect(),
     })
 }
 
