@@ -22,13 +22,21 @@ layout(location = 2) out vec4 out_normal_metallic;
 layout(location = 3) out vec4 out_base_color;
 layout(location = 4) out vec4 out_emissive;
 
+// The texture coordinates' steps to the neighbouring pixels, both sets.
+struct Steps {
+    vec4 x;
+    vec4 y;
+};
+
 // Trilinear, at the level whose texels are as large as the longer of the two pixel steps.
-vec4 lookup(sampler2D map, TextureUse use) {
-    vec3 st = vec3(use.u.w == 0.0 ? uv.xy : uv.zw, 1.0);
+vec4 lookup(sampler2D map, TextureUse use, Steps steps) {
+    bool first = use.u.w == 0.0;
+    vec3 st = vec3(first ? uv.xy : uv.zw, 1.0);
     vec2 at = vec2(dot(use.u.xyz, st), dot(use.v.xyz, st));
+    mat2 linear = transpose(mat2(use.u.xy, use.v.xy));
     vec2 size = vec2(textureSize(map, 0));
-    vec2 dx = dFdxFine(at) * size;
-    vec2 dy = dFdyFine(at) * size;
+    vec2 dx = linear * (first ? steps.x.xy : steps.x.zw) * size;
+    vec2 dy = linear * (first ? steps.y.xy : steps.y.zw) * size;
     float longer2 = max(max(dot(dx, dx), dot(dy, dy)), 1e-30);
     return textureLod(map, at, 0.5 * log2(longer2));
 }
@@ -49,22 +57,24 @@ vec3 shading_normal(MaterialRecord material, vec3 texel) {
 }
 
 void main() {
+    // Taken of what is interpolated alone: a pixel outside the polygon, which is computed only for
+    // its neighbours' sake, need not get anything from memory.
+    Steps steps = Steps(dFdxFine(uv), dFdyFine(uv));
     InstanceRecord record = instances[instance];
     MaterialRecord material = materials[record.material];
 
-    // All lookups come before any fragment ends, as their derivatives need the neighbours.
-    vec4 base = material.base_color * color * lookup(base_color_texture, material.base_color_use);
-    vec4 metallic_roughness =
-        lookup(metallic_roughness_texture, material.metallic_roughness_use);
-    vec3 normal_texel = lookup(normal_texture, material.normal_use).xyz;
-    vec3 emissive =
-        material.emissive.rgb * lookup(emissive_texture, material.emissive_use).rgb;
-
+    vec4 base =
+        material.base_color * color * lookup(base_color_texture, material.base_color_use, steps);
     bool front = gl_FrontFacing != (record.mirrored != 0u);
     bool shown = front || (material.flags & DOUBLE_SIDED) != 0u;
     if (!shown || base.a < material.alpha_cutoff) {
         discard;
     }
+    vec4 metallic_roughness =
+        lookup(metallic_roughness_texture, material.metallic_roughness_use, steps);
+    vec3 normal_texel = lookup(normal_texture, material.normal_use, steps).xyz;
+    vec3 emissive =
+        material.emissive.rgb * lookup(emissive_texture, material.emissive_use, steps).rgb;
     out_code = record.first_polygon + uint(gl_PrimitiveID);
     out_position_roughness = vec4(position, material.roughness * metallic_roughness.g);
     out_normal_metallic = vec4(
