@@ -1,1 +1,62 @@
-//! The command line.
+//! The command line: one module a subcommand.
+
+mod analyze;
+mod bench;
+pub mod config;
+mod design;
+mod device;
+mod devices;
+mod options;
+mod print;
+mod score;
+mod session;
+pub mod values;
+
+use clap::{Parser, Subcommand};
+
+/// Finds the lights that make a glTF scene easiest to see.
+#[derive(Debug, Parser)]
+#[command(name = "klieg", version, about, propagate_version = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Design(design::Options),
+    Score(score::Options),
+    Analyze(analyze::Options),
+    Devices(devices::Options),
+    Bench(bench::Options),
+}
+
+/// Runs a command.
+///
+/// # Errors
+/// What went wrong, with what was being done; [`exit_code`] tells whose fault it is.
+pub fn run(cli: Cli) -> anyhow::Result<()> {
+    match cli.command {
+        Command::Design(options) => design::run(&options),
+        Command::Score(options) => score::run(&options),
+        Command::Analyze(options) => analyze::run(&options),
+        Command::Devices(options) => devices::run(&options),
+        Command::Bench(options) => bench::run(&options),
+    }
+}
+
+/// 2 where what the user gave is at fault, 1 otherwise.
+pub fn exit_code(error: &anyhow::Error) -> u8 {
+    let input = |cause: &(dyn std::error::Error + 'static)| {
+        cause.downcast_ref::<crate::Error>().is_some_and(crate::Error::is_input)
+    };
+    if error.chain().any(input) { 2 } else { 1 }
+}
+
+/// An error and its causes in one line; a cause that the text before it already tells is left out.
+pub fn describe(error: &anyhow::Error) -> String {
+    error.chain().skip(1).fold(error.to_string(), |text, cause| {
+        let cause = cause.to_string();
+        if text.contains(&cause) { text } else { format!("{text}: {cause}") }
+    })
+}

@@ -163,7 +163,7 @@ impl Band {
 }
 
 /// The processor's own name where the system tells it, its architecture otherwise.
-fn device() -> DeviceInfo {
+pub fn device() -> DeviceInfo {
     let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;
         Some(line.split_once(':')?.1.trim().to_owned())

@@ -21,7 +21,7 @@ mod kernels;
 mod neighbourhood;
 mod texture;
 
-pub use evaluator::CpuEvaluator;
+pub use evaluator::{CpuEvaluator, device};
 
 use crate::objective::Objective;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};

@@ -1,0 +1,255 @@
+//! `klieg analyze`: the view's maps as pictures and arrays.
+
+use super::options::{SceneOptions, TargetOptions};
+use super::print;
+use super::session::Session;
+use super::values::Lights;
+use crate::lighting::angles;
+use crate::lighting::start::{self, Clustering};
+use crate::objective::maps::Maps;
+use crate::report::json::{self, Header};
+use crate::report::{Staging, npy, picture};
+use anyhow::Result;
+use clap::Args;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Write the maps of a view
+///
+/// Colour code, depth, edges, pixel types, normals and clusters of the visible normals as pictures,
+/// the maps as NumPy arrays, and analyze.json, which names shapes, units, counts and objects.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    target: TargetOptions,
+    /// Folder for the results, created where absent
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Number of clusters, as lights of a design: roles, or a number from 1 to 16 [default: 2]
+    #[arg(long, value_name = "ROLES|NUMBER")]
+    lights: Option<Lights>,
+    /// Seed of the clustering [default: 0]
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+/// `analyze.json`.
+#[derive(Serialize)]
+struct Analysis {
+    #[serde(flatten)]
+    header: Header,
+    /// Scene radius and centre, world units.
+    radius: f64,
+    center: glam::DVec3,
+    pixels: Pixels,
+    /// `G_n`.
+    normal_detail: f32,
+    polygons: u32,
+    visible_polygons: usize,
+    objects: Vec<Object>,
+    clusters: Vec<ClusterRecord>,
+    arrays: Vec<Array>,
+}
+
+/// Pixels of each kind.
+#[derive(Serialize)]
+struct Pixels {
+    background: u64,
+    surface: u32,
+    edge: u32,
+}
+
+/// An instance of a mesh.
+#[derive(Serialize)]
+struct Object {
+    name: String,
+    mesh: String,
+    first_polygon: u32,
+    polygons: u32,
+    visible_polygons: usize,
+    visible_pixels: u64,
+}
+
+/// A cluster of visible normals.
+#[derive(Serialize)]
+struct ClusterRecord {
+    polygons: usize,
+    direction: glam::Vec3,
+    elevation_deg: f32,
+    azimuth_deg: f32,
+    color: [u8; 3],
+}
+
+/// A `.npy` file.
+#[derive(Serialize)]
+struct Array {
+    file: &'static str,
+    dtype: &'static str,
+    shape: Vec<u64>,
+    unit: &'static str,
+}
+
+pub(super) fn run(options: &Options) -> Result<()> {
+    let mut settings = options.scene.settings()?;
+    options.target.apply(&mut settings);
+    settings.seed = options.seed.unwrap_or(settings.seed);
+    let lights = options.lights.as_ref().unwrap_or(&settings.lights.roles).0.len();
+    let mut session = Session::open(&options.scene.scene, settings)?;
+    let mut staging = Staging::new(&options.out)?;
+    let header = session.header("klieg.analysis/1");
+    let maps = session.evaluator.maps()?;
+    let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
+    let normals = start::visible_normals(&session.scene, &session.view, maps);
+    let clustering = start::cluster(&normals, lights, &mut rng);
+
+    let edge_sobel = session.settings.objective.edge_sobel;
+    write_pictures(maps, edge_sobel, &clustering, &mut staging)?;
+    let arrays = write_arrays(maps, &mut staging)?;
+    let counts = maps.counts;
+    let analysis = Analysis {
+        header,
+        radius: session.view.frame.radius,
+        center: session.view.frame.center,
+        pixels: Pixels {
+            background: maps.types.len() as u64 - u64::from(counts.object()),
+            surface: counts.surface,
+            edge: counts.edge,
+        },
+        normal_detail: maps.normal_detail,
+        polygons: session.scene.polygons(),
+        visible_polygons: maps.visible.len(),
+        objects: objects(&session.scene, maps),
+        clusters: clusters(&clustering),
+        arrays,
+    };
+    let text = json::text(&analysis)?;
+    staging.write("analyze.json", &text)?;
+    let files = staging.publish()?;
+    if options.scene.json {
+        print!("{text}");
+    } else {
+        show(&analysis, &files);
+    }
+    Ok(())
+}
+
+fn write_pictures(
+    maps: &Maps,
+    edge_sobel: f32,
+    clustering: &Clustering,
+    staging: &mut Staging,
+) -> Result<()> {
+    for (name, image) in [
+        ("code.png", picture::code(maps)),
+        ("depth.png", picture::depth(maps)),
+        ("edges.png", picture::edges(maps, edge_sobel)),
+        ("types.png", picture::types(maps)),
+        ("normals.png", picture::normals(maps)),
+        ("clusters.png", picture::clusters(maps, clustering)),
+    ] {
+        staging.write(name, picture::png(&image)?)?;
+    }
+    Ok(())
+}
+
+fn write_arrays(maps: &Maps, staging: &mut Staging) -> Result<Vec<Array>> {
+    let surface = &maps.surface;
+    let plane = [u64::from(surface.height), u64::from(surface.width)];
+    let vectors = [plane[0], plane[1], 3];
+    let depth = surface.depth.iter().copied();
+    let types = maps.types.iter().map(|&kind| kind as u8);
+    let code = npy::array(&plane, surface.code.iter().copied())?;
+    let normal = npy::array(&vectors, surface.normal.iter().flatten().copied())?;
+    let color = npy::array(&vectors, surface.base_color.iter().flatten().copied())?;
+    let mut arrays = Vec::new();
+    for (file, dtype, shape, unit, bytes) in [
+        ("code.npy", "uint32", &plane[..], "polygon number, 0 in the background", code),
+        (
+            "depth.npy",
+            "float32",
+            &plane,
+            "scene radii along the view axis",
+            npy::array(&plane, depth)?,
+        ),
+        ("normal.npy", "float32", &vectors, "unit vector: right, up, to the viewer", normal),
+        ("base_color.npy", "float32", &vectors, "linear RGB", color),
+        (
+            "types.npy",
+            "uint8",
+            &plane,
+            "0 background, 1 surface, 2 edge",
+            npy::array(&plane, types)?,
+        ),
+    ] {
+        staging.write(file, bytes)?;
+        arrays.push(Array { file, dtype, shape: shape.to_vec(), unit });
+    }
+    Ok(arrays)
+}
+
+fn objects(scene: &crate::scene::Scene, maps: &Maps) -> Vec<Object> {
+    let mut pixels = vec![0; scene.instances.len()];
+    let mut polygons = vec![0; scene.instances.len()];
+    let instance = |&code: &u32| scene.polygon(code).map(|(instance, _)| instance);
+    maps.surface.code.iter().filter_map(instance).for_each(|at| pixels[at] += 1);
+    maps.visible.iter().filter_map(instance).for_each(|at| polygons[at] += 1);
+    let counts = pixels.into_iter().zip(polygons);
+    let object = |(instance, (visible_pixels, visible_polygons)): (&crate::scene::Instance, _)| {
+        let range = scene.polygon_range(instance);
+        Object {
+            name: instance.name.clone(),
+            mesh: scene.meshes[instance.mesh as usize].name.clone(),
+            first_polygon: range.start,
+            polygons: range.end - range.start,
+            visible_polygons,
+            visible_pixels,
+        }
+    };
+    scene.instances.iter().zip(counts).map(object).collect()
+}
+
+fn clusters(clustering: &Clustering) -> Vec<ClusterRecord> {
+    let record = |(i, cluster): (usize, &start::Cluster)| {
+        let (elevation, azimuth) = angles(cluster.direction);
+        ClusterRecord {
+            polygons: cluster.size,
+            direction: cluster.direction,
+            elevation_deg: elevation.to_degrees(),
+            azimuth_deg: azimuth.to_degrees(),
+            color: picture::CLUSTERS[i % picture::CLUSTERS.len()],
+        }
+    };
+    clustering.clusters.iter().enumerate().map(record).collect()
+}
+
+fn show(analysis: &Analysis, files: &[PathBuf]) {
+    let Pixels { background, surface, edge } = analysis.pixels;
+    let (visible, all) = (analysis.visible_polygons, analysis.polygons);
+    println!("pixels: {surface} surface, {edge} edge, {background} background");
+    println!("polygons: {visible} of {all} visible; G_n {:.4}\n", analysis.normal_detail);
+    let mut table = print::columns(&["object", "polygons", "visible", "pixels"], &[]);
+    for object in &analysis.objects {
+        table.add_row([
+            object.name.clone(),
+            object.polygons.to_string(),
+            object.visible_polygons.to_string(),
+            object.visible_pixels.to_string(),
+        ]);
+    }
+    println!("{table}\n");
+    let mut table = print::columns(&["cluster", "polygons", "elevation", "azimuth"], &[]);
+    for (i, cluster) in analysis.clusters.iter().enumerate() {
+        table.add_row([
+            format!("{} #{}", i + 1, cluster.color.map(|c| format!("{c:02x}")).concat()),
+            cluster.polygons.to_string(),
+            format!("{:.1}°", cluster.elevation_deg),
+            format!("{:.1}°", cluster.azimuth_deg),
+        ]);
+    }
+    println!("{table}\n");
+    files.iter().for_each(|file| println!("  {}", file.display()));
+}

@@ -1,0 +1,234 @@
+//! All settings of a run: the defaults, what a TOML file changes, and their checks.
+//! `docs/CONFIGURATION.md` is the reference.
+
+use super::values::{Device, Lights, Size};
+use crate::lighting::LightKind;
+use crate::lighting::genome::Boxes;
+use crate::lighting::shading::Shading;
+use crate::objective::Objective;
+use crate::optimize::GeneticSettings;
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Everything that a configuration file can say.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// What computes.
+    pub device: Device,
+    /// Picture and camera.
+    pub view: ViewSettings,
+    /// The lights that are searched.
+    pub lights: LightSettings,
+    /// The quality function.
+    pub objective: Objective,
+    /// The shading model.
+    pub shading: Shading,
+    /// The genetic algorithm.
+    pub search: GeneticSettings,
+}
+
+/// Picture and camera. Angles in degrees; where any of the four of the framing is given, it takes the
+/// place of the file's cameras.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ViewSettings {
+    /// Picture size; 512x512, or the size that a lit scene names, where absent.
+    pub size: Option<Size>,
+    /// Name or index of one of the file's cameras.
+    pub camera: Option<CameraKey>,
+    /// Azimuth of the framing's camera, 0 on the +Z axis, positive to +X.
+    pub azimuth: Option<f64>,
+    /// Elevation of the framing's camera.
+    pub elevation: Option<f64>,
+    /// Vertical field of view of the framing.
+    pub fov: Option<f64>,
+    /// Share of the picture's height or width that the framing fills, 0..1.
+    pub fill: Option<f64>,
+}
+
+impl ViewSettings {
+    /// Whether the framing is asked for.
+    pub fn framed(&self) -> bool {
+        [self.azimuth, self.elevation, self.fov, self.fill].iter().any(Option::is_some)
+    }
+}
+
+/// How a file names a camera.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum CameraKey {
+    /// By its place in the file.
+    Index(usize),
+    /// By its name.
+    Name(String),
+}
+
+impl CameraKey {
+    /// The text that stands for it on the command line.
+    pub fn text(&self) -> String {
+        match self {
+            Self::Index(index) => index.to_string(),
+            Self::Name(name) => name.clone(),
+        }
+    }
+}
+
+/// The lights that are searched.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LightSettings {
+    /// How many, or their roles.
+    pub roles: Lights,
+    /// Point or directional.
+    pub kind: LightKind,
+    /// The values that lights of each role may have.
+    pub boxes: Boxes,
+}
+
+impl Settings {
+    /// The settings of a TOML file; what it does not name has its default.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with file, line and key.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| Error::input(path, e))?;
+        toml::from_str(&text).map_err(|e| Error::input(path, e.to_string().trim_end()))
+    }
+
+    /// # Errors
+    /// [`Error::Argument`] that names the first setting out of its range.
+    pub fn check(&self) -> Result<()> {
+        self.view.check()?;
+        check_objective(&self.objective)?;
+        let Shading { ambient, dielectric, max_shininess } = self.shading;
+        within("shading.ambient", ambient, 0.0, f32::MAX)?;
+        within("shading.dielectric", dielectric, 0.0, 1.0)?;
+        within("shading.max_shininess", max_shininess, 1.0, f32::MAX)?;
+        self.search.check()
+    }
+}
+
+impl ViewSettings {
+    fn check(&self) -> Result<()> {
+        if self.camera.is_some() && self.framed() {
+            let fault = "a camera of the file and the angles of a framing exclude each other";
+            return Err(Error::Argument(fault.into()));
+        }
+        let value = |x: Option<f64>, fallback: f64| x.unwrap_or(fallback) as f32;
+        within("azimuth", value(self.azimuth, 0.0), -360.0, 360.0)?;
+        within("elevation", value(self.elevation, 0.0), -90.0, 90.0)?;
+        within("fov", value(self.fov, 35.0), 1.0, 170.0)?;
+        within("fill", value(self.fill, 0.85), 0.01, 1.0)
+    }
+}
+
+fn check_objective(objective: &Objective) -> Result<()> {
+    let weights = objective.weights.to_array();
+    for (name, weight) in crate::objective::Terms::NAMES.iter().zip(weights) {
+        within(&format!("weight {name}"), weight, 0.0, f32::MAX)?;
+    }
+    if weights.iter().all(|&weight| weight == 0.0) {
+        return Err(Error::Argument("all weights are 0: nothing to search for".into()));
+    }
+    within("objective.mean_target", objective.mean_target, 0.0, 1.0)?;
+    within("objective.edge_contrast", objective.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
+    within("objective.edge_sobel", objective.edge_sobel, 0.0, f32::MAX)?;
+    within("objective.edge_laplace", objective.edge_laplace, 0.0, f32::MAX)
+}
+
+fn within(name: &str, value: f32, low: f32, high: f32) -> Result<()> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    let range = match (low, high) {
+        (0.0, f32::MAX) => "0 or more".into(),
+        (f32::MIN_POSITIVE, f32::MAX) => "more than 0".into(),
+        (low, f32::MAX) => format!("{low} or more"),
+        (low, high) => format!("{low} to {high}"),
+    };
+    Err(Error::Argument(format!("{name} is {value}: it must be {range}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The TOML blocks of the reference.
+    fn documented() -> String {
+        let page = include_str!("../../docs/CONFIGURATION.md");
+        let blocks = page.split("```toml\n").skip(1);
+        blocks.filter_map(|block| block.split("```").next()).collect()
+    }
+
+    /// All keys of a table, dotted.
+    fn keys(table: &toml::Table, prefix: &str, out: &mut Vec<String>) {
+        for (key, value) in table {
+            let name = format!("{prefix}{key}");
+            match value {
+                toml::Value::Table(inner) => keys(inner, &format!("{name}."), out),
+                _ => out.push(name),
+            }
+        }
+    }
+
+    #[test]
+    fn the_documented_defaults_are_the_defaults_and_complete() {
+        let text = documented();
+        let settings: Settings = toml::from_str(&text).unwrap();
+        assert_eq!(settings, Settings::default());
+        settings.check().unwrap();
+        let (mut written, mut all) = (Vec::new(), Vec::new());
+        keys(&toml::from_str(&text).unwrap(), "", &mut written);
+        keys(&toml::Table::try_from(Settings::default()).unwrap(), "", &mut all);
+        written.sort();
+        all.sort();
+        assert_eq!(written, all);
+    }
+
+    #[test]
+    fn the_documented_view_keys_are_known() {
+        let text: String = documented()
+            .lines()
+            .filter(|line| !line.starts_with("# camera"))
+            .map(|line| format!("{}\n", line.strip_prefix("# ").unwrap_or(line)))
+            .collect();
+        let settings: Settings = toml::from_str(&text).unwrap();
+        assert!(settings.view.framed() && settings.view.size == Some(Size([512, 512])));
+        settings.check().unwrap();
+    }
+
+    #[test]
+    fn faults_name_file_line_and_key() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), "seed = 1\n[search]\npopulatoin = 3\n").unwrap();
+        let fault = Settings::read(file.path()).unwrap_err();
+        let text = fault.to_string();
+        assert!(fault.is_input());
+        assert!(text.contains(&file.path().display().to_string()), "{text}");
+        assert!(text.contains("line 3") && text.contains("populatoin"), "{text}");
+    }
+
+    #[test]
+    fn values_out_of_range_are_refused() {
+        for text in [
+            "[objective]\nmean_target = nan",
+            "[objective]\nedge_contrast = 0.0",
+            "[objective.weights]\nedge = -1.0\nmean = 1.0\ngrad = 1.0\nvar = 1.0\nhist = 1.0",
+            "[objective.weights]\nedge = 0.0\nmean = 0.0\ngrad = 0.0\nvar = 0.0\nhist = 0.0",
+            "[shading]\nambient = inf",
+            "[view]\nfov = 180.0",
+            "[view]\ncamera = 0\nfov = 35.0",
+            "[search]\npopulation = 1",
+        ] {
+            let settings: Settings = toml::from_str(text).unwrap();
+            assert!(settings.check().is_err(), "{text}");
+        }
+        for text in ["[view]\nsize = \"0x5\"", "[lights]\nroles = 17", "device = true"] {
+            assert!(toml::from_str::<Settings>(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! `klieg design`: the search, and all that it leaves behind.
+
+use super::config::Settings;
+use super::options::{Kind, SceneOptions, TargetOptions};
+use super::print;
+use super::session::{Session, milliseconds};
+use super::values::Lights;
+use crate::lighting::genome::Genome;
+use crate::lighting::presets::Preset;
+use crate::lighting::start;
+use crate::optimize::{self, Genetic, GeneticSettings, Outcome, Progress};
+use crate::report::html::Sheet;
+use crate::report::json::{self, Design};
+use crate::report::{Staging, csv, picture, svg};
+use anyhow::{Context, Result, anyhow};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use std::io::IsTerminal;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Size of `convergence.svg`.
+const PLOT: (u32, u32) = (800, 480);
+
+/// Exit code of a run that a second Ctrl-C ends at once: 128 + SIGINT.
+const KILLED: i32 = 130;
+
+/// Find the best lights for a scene
+///
+/// Writes best.png, headlight.png, report.html, lit.glb, result.json, convergence.csv and
+/// convergence.svg. Ctrl-C ends the search after the running generation and writes the best so far.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    target: TargetOptions,
+    /// Folder for the results, created where absent
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// The lights: roles such as key,fill,rim, or a number from 1 to 16 (a key, a fill, a rim, then
+    /// fills and rims in turn) [default: key,fill]
+    #[arg(long, value_name = "ROLES|NUMBER")]
+    lights: Option<Lights>,
+    /// Kind of the lights [default: point]
+    #[arg(long)]
+    kind: Option<Kind>,
+    /// Individuals of a generation, 2 or more [default: 30]
+    #[arg(long, value_name = "N")]
+    population: Option<usize>,
+    /// Generations, 1 or more [default: 100]
+    #[arg(long, value_name = "N")]
+    generations: Option<usize>,
+    /// Seed of every random choice [default: 0]
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+impl Options {
+    fn settings(&self) -> crate::Result<Settings> {
+        let mut settings = self.scene.settings()?;
+        self.target.apply(&mut settings);
+        if let Some(lights) = &self.lights {
+            settings.lights.roles = lights.clone();
+        }
+        settings.lights.kind = self.kind.map_or(settings.lights.kind, Into::into);
+        let search = &mut settings.search;
+        search.population = self.population.unwrap_or(search.population);
+        search.generations = self.generations.unwrap_or(search.generations);
+        settings.seed = self.seed.unwrap_or(settings.seed);
+        Ok(settings)
+    }
+}
+
+pub(super) fn run(options: &Options) -> Result<()> {
+    let start = Instant::now();
+    let settings = options.settings()?;
+    let lights = &settings.lights;
+    let genome = Genome::new(&lights.roles.0, lights.kind, &lights.boxes)?;
+    let mut session = Session::open(&options.scene.scene, settings)?;
+    let mut staging = Staging::new(&options.out)?;
+
+    let search = Instant::now();
+    let outcome = search_lights(&mut session, &genome, options.scene.json)?;
+    session.timing.search = milliseconds(search);
+
+    let mut design = write(&mut session, &outcome, &mut staging)?;
+    session.timing.total = milliseconds(start);
+    design.timing_ms = session.timing;
+    let text = json::text(&design)?;
+    staging.write("result.json", &text)?;
+    let files = staging.publish()?;
+    if outcome.stopped {
+        eprintln!("stopped after {} generations: this is the best so far", design.generations);
+    }
+    if options.scene.json {
+        print!("{text}");
+    } else {
+        print::design(&design, &files);
+    }
+    Ok(())
+}
+
+/// The genetic algorithm from the k-means start.
+fn search_lights(session: &mut Session, genome: &Genome, quiet: bool) -> Result<Outcome> {
+    let settings = session.settings.search;
+    let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
+    let maps = session.evaluator.maps()?;
+    let normals = start::visible_normals(&session.scene, &session.view, maps);
+    let clustering = start::cluster(&normals, genome.lights(), &mut rng);
+    let first = start::from_clusters(genome, &clustering.clusters);
+    let population = start::population(genome.bounds(), first, settings.population, &mut rng);
+    let mut search = Genetic::new(genome.bounds(), population, settings, rng)?;
+
+    let interrupted = on_interrupt()?;
+    let bar = progress_bar(&settings, quiet);
+    let begin = Instant::now();
+    let mut observe = |progress: &Progress| {
+        let rate = progress.evaluations as f64 / begin.elapsed().as_secs_f64();
+        bar.set_message(format!("F {:.4}, {rate:.0} evaluations/s", progress.best));
+        bar.set_position(progress.generation as u64);
+        if interrupted.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let outcome = optimize::run(&mut search, genome, &mut *session.evaluator, &mut observe)?;
+    bar.finish_and_clear();
+    Ok(outcome)
+}
+
+/// Set by the first Ctrl-C; the second ends the process.
+fn on_interrupt() -> Result<Arc<AtomicBool>> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    let handler = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(KILLED);
+        }
+    };
+    ctrlc::set_handler(handler).context("listening for Ctrl-C")?;
+    Ok(interrupted)
+}
+
+fn progress_bar(settings: &GeneticSettings, quiet: bool) -> ProgressBar {
+    if quiet || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(settings.generations as u64);
+    let template = "{bar:32} {pos}/{len} generations, {msg}, {eta} left";
+    bar.with_style(ProgressStyle::with_template(template).unwrap_or_else(|_| {
+        // The template above is well-formed; another style is no reason to end a search.
+        ProgressStyle::default_bar()
+    }))
+}
+
+/// Writes everything but `result.json`, whose content it gives.
+fn write(session: &mut Session, outcome: &Outcome, staging: &mut Staging) -> Result<Design> {
+    let headlight_rig = Preset::Headlight.rig();
+    let headlight = session.evaluator.inspect(&headlight_rig)?;
+    let best = session.evaluator.inspect(&outcome.rig)?;
+    let header = session.header(Design::SCHEMA);
+    let Settings { seed, objective, search, .. } = &session.settings;
+    let settings = format!(
+        "seed {seed}, population {}, elitism {:.0} %, crossover {:.0} %, mutation {:.0} %",
+        search.population,
+        100.0 * search.elitism,
+        100.0 * search.crossover,
+        100.0 * search.mutation,
+    );
+    let design =
+        Design::new(header, (*seed, objective), (&best, &headlight), outcome, &session.view);
+
+    let best = session.picture(&outcome.rig)?;
+    let headlight = session.picture(&headlight_rig)?;
+    staging.write("best.png", picture::png(&best)?)?;
+    staging.write("headlight.png", picture::png(&headlight)?)?;
+    let sheet = Sheet {
+        design: &design,
+        rig: &outcome.rig,
+        best: &best,
+        headlight: &headlight,
+        history: &outcome.history,
+        settings,
+    };
+    staging.write("report.html", sheet.render()?)?;
+    let lit = staging.path("lit.glb");
+    crate::scene::lit::write(&session.scene.path, &session.view, &outcome.rig, &lit)?;
+    staging.write("convergence.csv", csv::convergence(&outcome.history)?)?;
+    let plot = svg::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
+    staging.write("convergence.svg", plot)?;
+    Ok(design)
+}

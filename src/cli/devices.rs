@@ -1,0 +1,115 @@
+//! `klieg devices`: what can compute here.
+
+use super::device::{self, Chosen};
+use super::print;
+use super::values::Device;
+use crate::evaluate::DeviceInfo;
+use crate::gpu::DeviceReport;
+use crate::report::json;
+use anyhow::Result;
+use clap::Args;
+use serde::Serialize;
+
+/// List the devices and what they can do for klieg
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    /// Print JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `klieg devices --json` prints.
+#[derive(Serialize)]
+struct Listing {
+    schema: &'static str,
+    klieg: &'static str,
+    /// Number that `auto` takes.
+    auto: usize,
+    /// Number that `vulkan` takes; none where no Vulkan device can run klieg.
+    vulkan: Option<usize>,
+    /// Why there is no Vulkan here.
+    no_vulkan: Option<String>,
+    devices: Vec<Entry>,
+}
+
+/// A device; the native CPU evaluator has no Vulkan properties.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Entry {
+    Vulkan(DeviceReport),
+    Cpu {
+        index: usize,
+        #[serde(flatten)]
+        info: DeviceInfo,
+        lacks: [String; 0],
+    },
+}
+
+pub(super) fn run(options: &Options) -> Result<()> {
+    let (reports, fault) = device::list();
+    let cpu = reports.len();
+    let number = |chosen| match chosen {
+        Chosen::Cpu => cpu,
+        Chosen::Vulkan(index) => index,
+    };
+    let auto = number(device::choose(&Device::Auto, &reports)?);
+    let vulkan = device::choose(&Device::Vulkan, &reports).ok().map(number);
+    let native = Entry::Cpu { index: cpu, info: crate::cpu::device(), lacks: [] };
+    let listing = Listing {
+        schema: "klieg.devices/1",
+        klieg: env!("CARGO_PKG_VERSION"),
+        auto,
+        vulkan,
+        no_vulkan: fault.map(|fault| fault.to_string()),
+        devices: reports.into_iter().map(Entry::Vulkan).chain([native]).collect(),
+    };
+    if options.json {
+        print!("{}", json::text(&listing)?);
+    } else {
+        show(&listing);
+    }
+    Ok(())
+}
+
+fn show(listing: &Listing) {
+    let mut table = print::columns(&["device", "name", "type", "driver", "can"], &[]);
+    table.column_iter_mut().for_each(|c| c.set_cell_alignment(comfy_table::CellAlignment::Left));
+    for entry in &listing.devices {
+        let (index, info, able) = match entry {
+            Entry::Vulkan(report) => (report.index, &report.info, abilities(report)),
+            Entry::Cpu { index, info, .. } => (*index, info, "run klieg".into()),
+        };
+        let mut names = vec![index.to_string()];
+        if index == listing.auto {
+            names.push("auto".into());
+        }
+        if Some(index) == listing.vulkan {
+            names.push("vulkan".into());
+        }
+        if matches!(entry, Entry::Cpu { .. }) {
+            names.push("cpu".into());
+        }
+        table.add_row([
+            names.join(", "),
+            info.name.clone(),
+            info.kind.into(),
+            info.driver.clone(),
+            able,
+        ]);
+    }
+    println!("{table}");
+    if let Some(fault) = &listing.no_vulkan {
+        println!("\n{fault}");
+    }
+}
+
+/// What a Vulkan device can and cannot do.
+fn abilities(report: &DeviceReport) -> String {
+    if !report.lacks.is_empty() {
+        return format!("not run klieg: lacks {}", report.lacks.join(", "));
+    }
+    let timed = if report.timestamps { "timed stages" } else { "no timed stages" };
+    let (layers, side) = (report.max_layers, report.max_size);
+    let memory = report.memory as f64 / f64::from(1 << 30);
+    format!("run klieg: {layers} pictures a draw, {side} pixels a side, {memory:.1} GiB, {timed}")
+}

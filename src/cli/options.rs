@@ -1,0 +1,109 @@
+//! Options that several subcommands share, and how they change the settings.
+
+use super::config::{CameraKey, Settings};
+use super::values::{Device, Size, Weights};
+use crate::Result;
+use crate::lighting::LightKind;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// The scene, how it is looked at, and how pictures are judged.
+#[derive(Debug, Args)]
+pub(super) struct SceneOptions {
+    /// glTF scene: a .gltf or .glb file
+    pub scene: PathBuf,
+    /// A camera of the scene [default: the one klieg wrote, else the first, else a framing of the
+    /// whole scene]
+    #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["azimuth", "elevation", "fov"])]
+    camera: Option<String>,
+    /// Azimuth of the framing's camera in degrees: 0 on the +Z axis, positive to +X. Like the next
+    /// two, it asks for the framing even where the scene has cameras [framing's default: 30]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    azimuth: Option<f64>,
+    /// Elevation of the framing's camera in degrees [framing's default: 15]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    elevation: Option<f64>,
+    /// Vertical field of view of the framing in degrees [framing's default: 35]
+    #[arg(long, value_name = "DEGREES")]
+    fov: Option<f64>,
+    /// Weights of the terms: five numbers edge,mean,grad,var,hist, or pairs such as grad=0.5
+    /// [default: 0.2 each]
+    #[arg(long, value_name = "WEIGHTS", allow_hyphen_values = true)]
+    weights: Option<Weights>,
+    /// Read settings from a TOML file; options on the command line go before them
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+    /// Print JSON, and nothing else, on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// One picture size and one device.
+#[derive(Debug, Args)]
+pub(super) struct TargetOptions {
+    /// Picture size in pixels [default: 512x512, or the size stored with a camera klieg wrote]
+    #[arg(long, value_name = "WxH")]
+    size: Option<Size>,
+    /// auto, vulkan, cpu, or the number or a part of the name of a device in 'klieg devices'
+    /// [default: auto]
+    #[arg(long)]
+    device: Option<Device>,
+}
+
+/// `--kind`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum Kind {
+    /// Lights at a distance, with falloff
+    Point,
+    /// Parallel light without falloff
+    Directional,
+}
+
+impl From<Kind> for LightKind {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::Point => Self::Point,
+            Kind::Directional => Self::Directional,
+        }
+    }
+}
+
+impl SceneOptions {
+    /// The configuration file's settings, or the defaults, with these options in their place.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] when the file cannot be used.
+    pub fn settings(&self) -> Result<Settings> {
+        let mut settings = self.config.as_deref().map(Settings::read).transpose()?;
+        let settings = settings.get_or_insert_default();
+        let view = &mut settings.view;
+        if let Some(key) = &self.camera {
+            view.camera = Some(CameraKey::Name(key.clone()));
+            (view.azimuth, view.elevation, view.fov, view.fill) = (None, None, None, None);
+        }
+        for (given, setting) in [
+            (self.azimuth, &mut view.azimuth),
+            (self.elevation, &mut view.elevation),
+            (self.fov, &mut view.fov),
+        ] {
+            if given.is_some() {
+                *setting = given;
+                view.camera = None;
+            }
+        }
+        if let Some(weights) = self.weights {
+            weights.apply(&mut settings.objective.weights);
+        }
+        Ok(settings.clone())
+    }
+}
+
+impl TargetOptions {
+    /// Puts these options in the place of `settings`.
+    pub fn apply(&self, settings: &mut Settings) {
+        settings.view.size = self.size.or(settings.view.size);
+        if let Some(device) = &self.device {
+            settings.device = device.clone();
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! What every measuring command begins with: the scene, the view, an evaluator.
+
+use super::config::{Settings, ViewSettings};
+use super::device::{self, Opened};
+use super::values::{Device, Size};
+use crate::Error;
+use crate::cpu::{self, CpuEvaluator};
+use crate::evaluate::Evaluator;
+use crate::gpu::GpuEvaluator;
+use crate::lighting::{Light, Population};
+use crate::report::json::{Header, Timing};
+use crate::report::picture::BACKGROUND;
+use crate::scene::framing::{Framing, frame};
+use crate::scene::view::{Camera, View};
+use crate::scene::{self, Scene};
+use anyhow::Result;
+use image::RgbImage;
+use std::ops::{Deref, DerefMut};
+use std::path::Path;
+use std::time::Instant;
+
+/// Picture size without any other word on it.
+pub(super) const SIZE: Size = Size([512, 512]);
+
+/// An evaluator of either kind.
+pub(super) enum Engine {
+    /// Native.
+    Cpu(CpuEvaluator),
+    /// On a Vulkan device.
+    Vulkan(GpuEvaluator),
+}
+
+impl Engine {
+    /// The GPU's time for each stage of the last population, milliseconds; none for the CPU.
+    pub fn stage_times(&self) -> &[(&'static str, f64)] {
+        match self {
+            Self::Cpu(_) => &[],
+            Self::Vulkan(evaluator) => evaluator.timings(),
+        }
+    }
+}
+
+impl Deref for Engine {
+    type Target = dyn Evaluator;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Cpu(evaluator) => evaluator,
+            Self::Vulkan(evaluator) => evaluator,
+        }
+    }
+}
+
+impl DerefMut for Engine {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        match self {
+            Self::Cpu(evaluator) => evaluator,
+            Self::Vulkan(evaluator) => evaluator,
+        }
+    }
+}
+
+/// A scene in view and what measures it.
+pub(super) struct Session {
+    /// The scene.
+    pub scene: Scene,
+    /// The view.
+    pub view: View,
+    /// What measures.
+    pub evaluator: Engine,
+    /// Settings of the run.
+    pub settings: Settings,
+    /// Times so far.
+    pub timing: Timing,
+}
+
+impl Session {
+    /// Loads the scene, chooses camera and device, and makes the view's maps.
+    ///
+    /// # Errors
+    /// Faults of the settings, the file and the device.
+    pub fn open(path: &Path, settings: Settings) -> Result<Self> {
+        settings.check()?;
+        let start = Instant::now();
+        let scene = load(path)?;
+        let load = milliseconds(start);
+        let start = Instant::now();
+        let view = view(&scene, &settings.view)?;
+        let mut evaluator = evaluator(&scene, &view, &settings, &settings.device)?;
+        announce(&evaluator);
+        sees(&mut evaluator, &scene, &view)?;
+        let timing = Timing { load, maps: milliseconds(start), ..Timing::default() };
+        Ok(Self { scene, view, evaluator, settings, timing })
+    }
+
+    /// What a result of `schema` begins with.
+    pub fn header(&self, schema: &'static str) -> Header {
+        Header::new(schema, &self.scene, &self.view, self.evaluator.device())
+    }
+
+    /// The colour picture of a rig.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn picture(&mut self, rig: &[Light]) -> Result<RgbImage> {
+        let rig = Population::of([rig])?;
+        let maps = self.evaluator.maps()?;
+        let shading = &self.settings.shading;
+        let records = rig.records();
+        Ok(cpu::population::color_picture(maps, &self.view, shading, records, BACKGROUND))
+    }
+}
+
+/// Loads a scene and says what was left out of it.
+///
+/// # Errors
+/// [`crate::Error::Input`].
+pub(super) fn load(path: &Path) -> Result<Scene> {
+    let scene = scene::load::load(path)?;
+    warn(&scene.warnings);
+    Ok(scene)
+}
+
+/// Prints warnings.
+pub(super) fn warn(warnings: &[String]) {
+    warnings.iter().for_each(|warning| eprintln!("klieg: warning: {warning}"));
+}
+
+/// The view that the settings ask for.
+///
+/// # Errors
+/// Faults of the settings and of the scene.
+pub(super) fn view(scene: &Scene, settings: &ViewSettings) -> Result<View> {
+    let chosen = match &settings.camera {
+        Some(key) => Some(scene::camera::choose(scene, &key.text())?),
+        None if settings.framed() => None,
+        None => written_or_first(scene).cloned(),
+    };
+    let stored = chosen.as_ref().and_then(|camera| camera.designed).map(|view| Size(view.size));
+    let Size([width, height]) = settings.size.or(stored).unwrap_or(SIZE);
+    let camera = match chosen {
+        Some(camera) => camera,
+        None => frame(scene, &framing(settings), f64::from(width) / f64::from(height))?,
+    };
+    Ok(View::new(scene, camera, width, height)?)
+}
+
+/// Whether any object is in the picture.
+///
+/// # Errors
+/// [`Error::Input`] when none is: there is nothing to judge.
+fn sees(evaluator: &mut Engine, scene: &Scene, view: &View) -> Result<()> {
+    if evaluator.maps()?.counts.object() > 0 {
+        return Ok(());
+    }
+    let camera = &view.camera.name;
+    Err(Error::input(&scene.path, format!("camera '{camera}' sees nothing of the scene")).into())
+}
+
+/// The camera that klieg wrote, else the first.
+fn written_or_first(scene: &Scene) -> Option<&Camera> {
+    let written = scene.cameras.iter().rev().find(|camera| camera.designed.is_some());
+    written.or(scene.cameras.first())
+}
+
+fn framing(settings: &ViewSettings) -> Framing {
+    let default = Framing::default();
+    let radians = |degrees: Option<f64>, other: f64| degrees.map_or(other, f64::to_radians);
+    Framing {
+        azimuth: radians(settings.azimuth, default.azimuth),
+        elevation: radians(settings.elevation, default.elevation),
+        fov: radians(settings.fov, default.fov),
+        fill: settings.fill.unwrap_or(default.fill),
+    }
+}
+
+/// An evaluator on the named device.
+///
+/// # Errors
+/// What choosing and setting up the device reports.
+pub(super) fn evaluator(
+    scene: &Scene,
+    view: &View,
+    settings: &Settings,
+    device: &Device,
+) -> Result<Engine> {
+    let (objective, shading) = (settings.objective, settings.shading);
+    Ok(match device::open(device)? {
+        Opened::Cpu => {
+            let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
+            Engine::Cpu(CpuEvaluator::new(maps, view, objective, shading))
+        }
+        Opened::Vulkan(context) => {
+            let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
+            Engine::Vulkan(GpuEvaluator::with_maps(&context, &maps, view, objective, shading)?)
+        }
+    })
+}
+
+/// Says what computes.
+pub(super) fn announce(evaluator: &Engine) {
+    let device = evaluator.device();
+    eprintln!("device: {} ({}, {})", device.name, device.kind, device.driver);
+}
+
+/// Time since `start`.
+pub(super) fn milliseconds(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}

@@ -1,0 +1,338 @@
+//! Values that the command line and configuration files write the same way.
+
+use crate::lighting::{Light, LightKind, MAX_LIGHTS, Role};
+use crate::objective::Terms;
+use serde::{Deserialize, Serialize};
+use std::fmt::{self, Display};
+use std::str::FromStr;
+
+/// Largest width or height of a picture.
+pub const MAX_SIDE: u32 = 16384;
+
+/// Picture size, `WxH` pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Size(pub [u32; 2]);
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let fault = || format!("'{text}' is not a size WxH of 1 to {MAX_SIDE} pixels a side");
+        let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(fault)?;
+        let side = |text: &str| {
+            text.trim().parse().ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(fault)
+        };
+        Ok(Self([side(width)?, side(height)?]))
+    }
+}
+
+impl Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.0[0], self.0[1])
+    }
+}
+
+/// What computes.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Device {
+    /// A discrete GPU, else an integrated one, else the native CPU evaluator.
+    #[default]
+    Auto,
+    /// The best Vulkan device, software ones last.
+    Vulkan,
+    /// The native CPU evaluator.
+    Cpu,
+    /// By its number in `klieg devices`.
+    Index(usize),
+    /// By a part of its name, in any case.
+    Name(String),
+}
+
+impl FromStr for Device {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(match text {
+            "" => return Err("a device needs a name".into()),
+            "auto" => Self::Auto,
+            "vulkan" => Self::Vulkan,
+            "cpu" => Self::Cpu,
+            _ => text.parse().map_or_else(|_| Self::Name(text.into()), Self::Index),
+        })
+    }
+}
+
+impl Display for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Vulkan => f.write_str("vulkan"),
+            Self::Cpu => f.write_str("cpu"),
+            Self::Index(index) => write!(f, "{index}"),
+            Self::Name(name) => f.write_str(name),
+        }
+    }
+}
+
+macro_rules! text_form {
+    ($($name:ident),*) => {$(
+        impl TryFrom<String> for $name {
+            type Error = String;
+
+            fn try_from(text: String) -> Result<Self, String> {
+                text.parse()
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(value: $name) -> Self {
+                value.to_string()
+            }
+        }
+    )*};
+}
+text_form!(Size, Device);
+
+/// The lights of a rig: a number of them, or their roles.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "LightsForm", into = "Vec<Role>")]
+pub struct Lights(pub Vec<Role>);
+
+/// How a configuration file writes [`Lights`].
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum LightsForm {
+    Number(usize),
+    Roles(Vec<Role>),
+}
+
+impl Lights {
+    /// Key, fill, rim, then fill and rim in turn.
+    pub fn number(n: usize) -> Result<Self, String> {
+        let role = |i| match i {
+            0 => Role::Key,
+            i if i % 2 == 1 => Role::Fill,
+            _ => Role::Rim,
+        };
+        Self::of((0..n.min(MAX_LIGHTS + 1)).map(role).collect(), n)
+    }
+
+    fn of(roles: Vec<Role>, n: usize) -> Result<Self, String> {
+        if (1..=MAX_LIGHTS).contains(&n) {
+            Ok(Self(roles))
+        } else {
+            Err(format!("{n} lights: a rig has 1 to {MAX_LIGHTS} of them"))
+        }
+    }
+}
+
+impl Default for Lights {
+    /// A key and a fill.
+    fn default() -> Self {
+        Self(vec![Role::Key, Role::Fill])
+    }
+}
+
+impl TryFrom<LightsForm> for Lights {
+    type Error = String;
+
+    fn try_from(form: LightsForm) -> Result<Self, String> {
+        match form {
+            LightsForm::Number(n) => Self::number(n),
+            LightsForm::Roles(roles) => {
+                let n = roles.len();
+                Self::of(roles, n)
+            }
+        }
+    }
+}
+
+impl From<Lights> for Vec<Role> {
+    fn from(lights: Lights) -> Self {
+        lights.0
+    }
+}
+
+impl FromStr for Lights {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Ok(n) = text.trim().parse() {
+            return Self::number(n);
+        }
+        let role = |name: &str| match name.trim() {
+            "key" => Ok(Role::Key),
+            "fill" => Ok(Role::Fill),
+            "rim" => Ok(Role::Rim),
+            other => Err(format!("'{other}' is neither a number nor one of key, fill, rim")),
+        };
+        let roles = text.split(',').map(role).collect::<Result<Vec<_>, _>>()?;
+        let n = roles.len();
+        Self::of(roles, n)
+    }
+}
+
+/// Weights of the terms: all five in order, or `name=value` pairs that leave the others alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights([Option<f32>; 5]);
+
+impl Weights {
+    /// Sets what is given.
+    pub fn apply(self, terms: &mut Terms) {
+        let [edge, mean, grad, var, hist] = self.0;
+        for (value, term) in [
+            (edge, &mut terms.edge),
+            (mean, &mut terms.mean),
+            (grad, &mut terms.grad),
+            (var, &mut terms.var),
+            (hist, &mut terms.hist),
+        ] {
+            *term = value.unwrap_or(*term);
+        }
+    }
+}
+
+impl FromStr for Weights {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut weights = [None; 5];
+        let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+        if !text.contains('=') {
+            if parts.len() != 5 {
+                return Err(format!(
+                    "{} numbers instead of 5 (edge,mean,grad,var,hist)",
+                    parts.len()
+                ));
+            }
+            for (weight, part) in weights.iter_mut().zip(parts) {
+                *weight = Some(weight_value(part)?);
+            }
+            return Ok(Self(weights));
+        }
+        for part in parts {
+            let (name, value) =
+                part.split_once('=').ok_or_else(|| format!("'{part}' is not a pair name=value"))?;
+            let at =
+                Terms::NAMES.iter().position(|known| *known == name.trim()).ok_or_else(|| {
+                    format!("'{name}' is not a term: they are {}", Terms::NAMES.join(", "))
+                })?;
+            weights[at] = Some(weight_value(value)?);
+        }
+        Ok(Self(weights))
+    }
+}
+
+fn weight_value(text: &str) -> Result<f32, String> {
+    let value = number(text)?;
+    if value < 0.0 { Err(format!("weight {value} is negative")) } else { Ok(value) }
+}
+
+/// A light as `el,az,R,Id,Is`: degrees, scene radii and intensities.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightArg([f32; 5]);
+
+impl LightArg {
+    /// The light. Roles do not touch the score; the first light of a rig counts as its key.
+    pub fn light(self, kind: LightKind, role: Role) -> Light {
+        let [elevation, azimuth, distance, diffuse, specular] = self.0;
+        let (elevation, azimuth) = (elevation.to_radians(), azimuth.to_radians());
+        Light { role, kind, elevation, azimuth, distance, diffuse, specular }
+    }
+}
+
+impl FromStr for LightArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let values = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
+        let values: [f32; 5] = values
+            .try_into()
+            .map_err(|v: Vec<_>| format!("{} numbers instead of 5 (el,az,R,Id,Is)", v.len()))?;
+        let [elevation, azimuth, distance, diffuse, specular] = values;
+        if !(-90.0..=90.0).contains(&elevation) || !(-360.0..=360.0).contains(&azimuth) {
+            return Err("elevation is -90 to 90 and azimuth -360 to 360 degrees".into());
+        }
+        if distance <= 0.0 {
+            return Err(format!("distance {distance}: it must be more than 0 scene radii"));
+        }
+        if diffuse < 0.0 || specular < 0.0 {
+            return Err("intensities must not be negative".into());
+        }
+        Ok(Self(values))
+    }
+}
+
+/// A finite number.
+fn number(text: &str) -> Result<f32, String> {
+    let value: f32 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
+    if value.is_finite() { Ok(value) } else { Err(format!("'{text}' is not finite")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused<T: FromStr>(texts: &[&str]) {
+        texts.iter().for_each(|text| assert!(text.parse::<T>().is_err(), "{text}"));
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!("640x360".parse(), Ok(Size([640, 360])));
+        refused::<Size>(&["", "0x1", "1x16385", "-1x5", "512", "1x2x3", "axb"]);
+    }
+
+    #[test]
+    fn devices() {
+        let parse = |text: &str| text.parse::<Device>().unwrap();
+        assert_eq!(parse("auto"), Device::Auto);
+        assert_eq!(parse("2"), Device::Index(2));
+        assert_eq!(parse("llvmpipe"), Device::Name("llvmpipe".into()));
+        refused::<Device>(&[""]);
+    }
+
+    #[test]
+    fn lights_by_number_and_by_role() {
+        use Role::{Fill, Key, Rim};
+        assert_eq!("5".parse(), Ok(Lights(vec![Key, Fill, Rim, Fill, Rim])));
+        assert_eq!("key, rim".parse(), Ok(Lights(vec![Key, Rim])));
+        assert_eq!(Lights::number(2), Ok(Lights::default()));
+        refused::<Lights>(&["0", "17", "99999999999", "", "key,", "back", &["rim"; 17].join(",")]);
+    }
+
+    #[test]
+    fn weights_in_order_and_by_name() {
+        let mut terms = Terms { edge: 0.2, mean: 0.2, grad: 0.2, var: 0.2, hist: 0.2 };
+        "var=0,edge=1.5".parse::<Weights>().unwrap().apply(&mut terms);
+        assert_eq!(terms.to_array(), [1.5, 0.2, 0.2, 0.0, 0.2]);
+        "1,2,3,4,5".parse::<Weights>().unwrap().apply(&mut terms);
+        assert_eq!(terms.to_array(), [1.0, 2.0, 3.0, 4.0, 5.0]);
+        refused::<Weights>(&[
+            "1,2,3",
+            "1,2,3,4,nan",
+            "-1,0,0,0,0",
+            "size=1",
+            "edge=1,3",
+            "edge=inf",
+        ]);
+    }
+
+    #[test]
+    fn lights_in_numbers() {
+        let light = "30,-45,2.5,1,0.5".parse::<LightArg>().unwrap();
+        let light = light.light(LightKind::Point, Role::Key);
+        assert_eq!((light.distance, light.diffuse, light.specular), (2.5, 1.0, 0.5));
+        assert_eq!(light.azimuth, (-45f32).to_radians());
+        refused::<LightArg>(&[
+            "",
+            "1,2,3,4",
+            "91,0,2,1,1",
+            "0,0,0,1,1",
+            "0,0,2,-1,1",
+            "0,0,2,inf,1",
+        ]);
+    }
+}

@@ -1,0 +1,127 @@
+//! The sheet of a design: one self-contained page with both pictures, their terms, the lights, where
+//! they stand, and the course of the search.
+
+use super::json::Design;
+use super::{picture, svg};
+use crate::lighting::{Light, LightKind};
+use crate::objective::Terms;
+use crate::optimize::Progress;
+use anyhow::{Context, Result, anyhow};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use image::RgbImage;
+use minijinja::value::Serde;
+use minijinja::{Environment, context};
+use serde::Serialize;
+
+/// What each term means, in the order of [`Terms::to_array`].
+const MEANINGS: [&str; 5] = [
+    "edge distinctness",
+    "mean brightness",
+    "shading gradient",
+    "intensity range",
+    "histogram evenness",
+];
+
+/// Size of the inline plot: text stays legible at a phone's width.
+const PLOT: (u32, u32) = (480, 330);
+
+/// What the sheet shows.
+#[derive(Debug)]
+pub struct Sheet<'a> {
+    /// The result.
+    pub design: &'a Design,
+    /// The best rig.
+    pub rig: &'a [Light],
+    /// The picture under the best rig.
+    pub best: &'a RgbImage,
+    /// The picture under the headlight.
+    pub headlight: &'a RgbImage,
+    /// The course of the search.
+    pub history: &'a [Progress],
+    /// The search's settings, in words.
+    pub settings: String,
+}
+
+/// One term of both pictures.
+#[derive(Serialize)]
+struct TermRow {
+    name: &'static str,
+    meaning: &'static str,
+    headlight: f32,
+    best: f32,
+}
+
+/// A light's place in the diagrams: pixels from the scene's centre, for the plan (seen from above,
+/// the viewer below) and the side view (seen from the viewer's right, the viewer on the left).
+#[derive(Serialize)]
+struct Spot {
+    plan: [f32; 2],
+    side: [f32; 2],
+    point: bool,
+}
+
+/// Half the width of a diagram, pixels, with room for a mark at the border.
+const REACH: f32 = 132.0;
+
+impl Sheet<'_> {
+    /// The page.
+    ///
+    /// # Errors
+    /// When a picture is too large for PNG.
+    pub fn render(&self) -> Result<String> {
+        let mut environment = Environment::new();
+        environment.add_filter("fixed", |value: f64, digits: usize| format!("{value:.digits$}"));
+        environment.add_template("report.html", include_str!("report.html.j2"))?;
+        let (radius, spots) = self.spots();
+        let plot = svg::convergence(self.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
+        let title = std::path::Path::new(&self.design.header.scene).file_name();
+        let page = context! {
+            title => title.map_or("scene".into(), |name| name.to_string_lossy()),
+            result => Serde(self.design),
+            change => self.change(),
+            terms => Serde(self.terms()),
+            best => data_uri(self.best)?,
+            headlight => data_uri(self.headlight)?,
+            plot => plot,
+            spots => Serde(spots),
+            radius => radius,
+            settings => self.settings.clone(),
+        };
+        environment.get_template("report.html")?.render(page).context("the report's template")
+    }
+
+    /// How far `F` fell, percent.
+    fn change(&self) -> f32 {
+        let before = self.design.headlight.score;
+        if before > 0.0 { 100.0 * (1.0 - self.design.quality.score / before) } else { 0.0 }
+    }
+
+    fn terms(&self) -> Vec<TermRow> {
+        let values = self.design.headlight.terms.to_array().into_iter();
+        let values = values.zip(self.design.quality.terms.to_array());
+        let names = Terms::NAMES.into_iter().zip(MEANINGS);
+        names
+            .zip(values)
+            .map(|((name, meaning), (headlight, best))| TermRow { name, meaning, headlight, best })
+            .collect()
+    }
+
+    /// The scene's radius and the lights in the diagrams, pixels.
+    fn spots(&self) -> (f32, Vec<Spot>) {
+        let points = self.rig.iter().filter(|light| light.kind == LightKind::Point);
+        let extent = points.map(|light| light.distance).fold(2.0, f32::max);
+        let scale = REACH / extent;
+        let spot = |light: &Light| {
+            let point = light.kind == LightKind::Point;
+            let reach = if point { light.distance * scale } else { REACH };
+            let [x, y, z] = (light.direction() * reach).to_array();
+            Spot { plan: [x, z], side: [-z, -y], point }
+        };
+        (scale, self.rig.iter().map(spot).collect())
+    }
+}
+
+fn data_uri(image: &RgbImage) -> Result<String> {
+    Ok(format!("data:image/png;base64,{}", STANDARD.encode(picture::png(image)?)))
+}

@@ -1,0 +1,279 @@
+//! Results for other programs. `docs/RESULT.md` is the reference of the schemas.
+
+use crate::evaluate::{DeviceInfo, Inspection};
+use crate::lighting::{Light, LightKind, Role};
+use crate::objective::{Objective, Terms};
+use crate::optimize::Outcome;
+use crate::scene::Scene;
+use crate::scene::view::{Projection, View};
+use glam::DVec3;
+use serde::Serialize;
+
+/// What every result begins with.
+#[derive(Debug, Clone, Serialize)]
+pub struct Header {
+    /// Name and version of the schema.
+    pub schema: &'static str,
+    /// klieg's version.
+    pub klieg: &'static str,
+    /// The scene's file, as it was given.
+    pub scene: String,
+    /// The camera.
+    pub camera: CameraRecord,
+    /// What computed.
+    pub device: DeviceInfo,
+    /// Width and height of the picture.
+    pub size: [u32; 2],
+}
+
+impl Header {
+    /// The beginning of a result of `schema`.
+    pub fn new(schema: &'static str, scene: &Scene, view: &View, device: &DeviceInfo) -> Self {
+        Self {
+            schema,
+            klieg: env!("CARGO_PKG_VERSION"),
+            scene: scene.path.display().to_string(),
+            camera: CameraRecord::new(view),
+            device: device.clone(),
+            size: [view.width, view.height],
+        }
+    }
+}
+
+/// A camera, in world units.
+#[derive(Debug, Clone, Serialize)]
+pub struct CameraRecord {
+    /// Name.
+    pub name: String,
+    /// Lens.
+    #[serde(flatten)]
+    pub lens: Lens,
+    /// Position.
+    pub position: DVec3,
+    /// Unit axes: to the right, up, and from the scene to the viewer.
+    pub right: DVec3,
+    /// See `right`.
+    pub up: DVec3,
+    /// See `right`.
+    pub back: DVec3,
+}
+
+/// A camera's lens.
+#[derive(Debug, Clone, Serialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+pub enum Lens {
+    /// Vertical field of view, degrees.
+    Perspective {
+        /// Full angle.
+        yfov_deg: f64,
+    },
+    /// Half of the picture's height, world units.
+    Orthographic {
+        /// Half height.
+        ymag: f64,
+    },
+}
+
+impl CameraRecord {
+    fn new(view: &View) -> Self {
+        let camera = &view.camera;
+        let lens = match camera.projection {
+            Projection::Perspective { yfov } => Lens::Perspective { yfov_deg: yfov.to_degrees() },
+            Projection::Orthographic { ymag } => Lens::Orthographic { ymag },
+        };
+        Self {
+            name: camera.name.clone(),
+            lens,
+            position: camera.eye,
+            right: camera.right,
+            up: camera.up,
+            back: camera.back,
+        }
+    }
+}
+
+/// The quality function's settings.
+#[derive(Debug, Clone, Serialize)]
+pub struct ObjectiveRecord {
+    /// Weight of each term.
+    pub weights: Terms,
+    /// What the terms aim at.
+    pub targets: Targets,
+}
+
+/// What the terms aim at: see [`Objective`].
+#[derive(Debug, Clone, Serialize)]
+pub struct Targets {
+    /// Mean brightness.
+    pub mean: f32,
+    /// Gradient of a fully distinct edge.
+    pub edge_contrast: f32,
+    /// Depth gradient of an edge.
+    pub edge_sobel: f32,
+    /// Depth curvature of an edge.
+    pub edge_laplace: f32,
+}
+
+impl From<&Objective> for ObjectiveRecord {
+    fn from(objective: &Objective) -> Self {
+        let Objective { weights, mean_target: mean, edge_contrast, edge_sobel, edge_laplace } =
+            *objective;
+        Self { weights, targets: Targets { mean, edge_contrast, edge_sobel, edge_laplace } }
+    }
+}
+
+/// A picture's quality.
+#[derive(Debug, Clone, Serialize)]
+pub struct Quality {
+    /// `F`.
+    pub score: f32,
+    /// The five terms.
+    pub terms: Terms,
+}
+
+impl From<&Inspection> for Quality {
+    fn from(inspection: &Inspection) -> Self {
+        Self { score: inspection.score, terms: inspection.terms }
+    }
+}
+
+/// A light.
+#[derive(Debug, Clone, Serialize)]
+pub struct LightRecord {
+    /// What it is for.
+    pub role: Role,
+    /// Point or directional.
+    pub kind: LightKind,
+    /// Elevation in the camera's frame, degrees.
+    pub elevation_deg: f32,
+    /// Azimuth in the camera's frame, degrees.
+    pub azimuth_deg: f32,
+    /// Distance from the scene's centre, scene radii; none for directional lights.
+    pub distance: Option<f32>,
+    /// Diffuse intensity.
+    pub diffuse: f32,
+    /// Specular intensity.
+    pub specular: f32,
+    /// Position, world units; none for directional lights.
+    pub position: Option<DVec3>,
+}
+
+impl LightRecord {
+    /// The light as it stands in the world of `view`.
+    pub fn new(light: &Light, view: &View) -> Self {
+        let reach = (light.kind == LightKind::Point).then_some(light.distance);
+        let place = |reach| {
+            let direction = light.direction().as_dvec3();
+            view.frame.point_to_world(direction * f64::from(reach))
+        };
+        Self {
+            role: light.role,
+            kind: light.kind,
+            elevation_deg: light.elevation.to_degrees(),
+            azimuth_deg: light.azimuth.to_degrees(),
+            distance: reach,
+            diffuse: light.diffuse,
+            specular: light.specular,
+            position: reach.map(place),
+        }
+    }
+
+    /// All lights of a rig.
+    pub fn rig(rig: &[Light], view: &View) -> Vec<Self> {
+        rig.iter().map(|light| Self::new(light, view)).collect()
+    }
+}
+
+/// Wall time of a run's parts, milliseconds.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Timing {
+    /// Reading the scene.
+    pub load: f64,
+    /// Setting the device up, drawing the view and making its maps.
+    pub maps: f64,
+    /// The search.
+    pub search: f64,
+    /// All until the files were written.
+    pub total: f64,
+}
+
+/// `result.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Design {
+    /// Schema `klieg.result/1`.
+    #[serde(flatten)]
+    pub header: Header,
+    /// Seed.
+    pub seed: u64,
+    /// Settings of the quality function.
+    pub objective: ObjectiveRecord,
+    /// The best rig's quality.
+    #[serde(flatten)]
+    pub quality: Quality,
+    /// The headlight's quality.
+    pub headlight: Quality,
+    /// The best rig.
+    pub lights: Vec<LightRecord>,
+    /// Generations that were run.
+    pub generations: usize,
+    /// Rigs that were evaluated.
+    pub evaluations: usize,
+    /// Wall time.
+    pub timing_ms: Timing,
+}
+
+impl Design {
+    /// The schema's name.
+    pub const SCHEMA: &'static str = "klieg.result/1";
+
+    /// What a search found.
+    pub fn new(
+        header: Header,
+        (seed, objective): (u64, &Objective),
+        (best, headlight): (&Inspection, &Inspection),
+        outcome: &Outcome,
+        view: &View,
+    ) -> Self {
+        Self {
+            header,
+            seed,
+            objective: objective.into(),
+            quality: best.into(),
+            headlight: headlight.into(),
+            lights: LightRecord::rig(&outcome.rig, view),
+            generations: outcome.history.len(),
+            evaluations: outcome.evaluations(),
+            timing_ms: Timing::default(),
+        }
+    }
+}
+
+/// What `klieg score --json` prints.
+#[derive(Debug, Clone, Serialize)]
+pub struct Score {
+    /// Schema `klieg.score/1`.
+    #[serde(flatten)]
+    pub header: Header,
+    /// Settings of the quality function.
+    pub objective: ObjectiveRecord,
+    /// The rig's quality.
+    #[serde(flatten)]
+    pub quality: Quality,
+    /// Where the rig is from: `scene`, `options` or a preset's name.
+    pub rig: &'static str,
+    /// The rig.
+    pub lights: Vec<LightRecord>,
+}
+
+impl Score {
+    /// The schema's name.
+    pub const SCHEMA: &'static str = "klieg.score/1";
+}
+
+/// Indented JSON with a line break at its end.
+///
+/// # Errors
+/// None in practice: the results have string keys alone.
+pub fn text(value: &impl Serialize) -> serde_json::Result<String> {
+    serde_json::to_string_pretty(value).map(|text| text + "\n")
+}

@@ -1,0 +1,244 @@
+//! `klieg design`, from a scene to the files that it leaves.
+
+mod common;
+
+use common::Workplace;
+use serde_json::Value;
+use std::time::Duration;
+
+const FILES: [&str; 7] = [
+    "best.png",
+    "convergence.csv",
+    "convergence.svg",
+    "headlight.png",
+    "lit.glb",
+    "report.html",
+    "result.json",
+];
+
+/// All keys of an object, dotted; those of an array's first entry with `[]`.
+fn keys(value: &Value, prefix: &str, out: &mut Vec<String>) {
+    match value {
+        Value::Object(map) => {
+            for (key, value) in map {
+                let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+                keys(value, &name, out);
+            }
+        }
+        Value::Array(values) if values.first().is_some_and(Value::is_object) => {
+            keys(&values[0], &format!("{prefix}[]"), out);
+        }
+        _ => out.push(prefix.into()),
+    }
+}
+
+#[test]
+fn a_design_writes_all_files_and_beats_the_headlight() {
+    let place = Workplace::new();
+    let output = place.design("a/b", &[]).assert().success().get_output().clone();
+    assert_eq!(place.list("a/b"), FILES);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(stderr.contains("device: ") && stderr.contains("(cpu, "), "{stderr}");
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    for text in ["headlight", "designed", "key", "fill", "result.json"] {
+        assert!(stdout.contains(text), "{text}: {stdout}");
+    }
+
+    let result = place.read_json("a/b/result.json");
+    assert!(result["score"].as_f64() < result["headlight"]["score"].as_f64());
+    for name in ["best.png", "headlight.png"] {
+        let picture = image::open(place.path("a/b").join(name)).unwrap();
+        assert_eq!((picture.width(), picture.height()), (48, 40));
+    }
+    let best = std::fs::read(place.path("a/b/best.png")).unwrap();
+    assert_ne!(best, std::fs::read(place.path("a/b/headlight.png")).unwrap());
+    let table = std::fs::read_to_string(place.path("a/b/convergence.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0], ["generation", "evaluations", "best", "mean", "worst"]);
+    assert_eq!(rows.len(), 5);
+    assert_eq!(rows[4][..2], ["4", "29"]);
+    let best: f64 = rows[4][2].parse().unwrap();
+    assert!((best - result["score"].as_f64().unwrap()).abs() < 1e-5);
+}
+
+#[test]
+fn the_schema_of_the_result() {
+    let place = Workplace::new();
+    let output = place.design("out", &["--json"]).assert().success().get_output().clone();
+    let result = place.read_json("out/result.json");
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(printed, result);
+
+    let mut found = Vec::new();
+    keys(&result, "", &mut found);
+    found.sort();
+    let terms =
+        |prefix: &str| ["edge", "grad", "hist", "mean", "var"].map(|t| format!("{prefix}.{t}"));
+    let mut expected: Vec<String> = [
+        "schema",
+        "klieg",
+        "scene",
+        "seed",
+        "size",
+        "score",
+        "generations",
+        "evaluations",
+        "camera.name",
+        "camera.type",
+        "camera.yfov_deg",
+        "camera.position",
+        "camera.right",
+        "camera.up",
+        "camera.back",
+        "device.name",
+        "device.type",
+        "device.driver",
+        "objective.targets.mean",
+        "objective.targets.edge_contrast",
+        "objective.targets.edge_sobel",
+        "objective.targets.edge_laplace",
+        "headlight.score",
+        "lights[].role",
+        "lights[].kind",
+        "lights[].elevation_deg",
+        "lights[].azimuth_deg",
+        "lights[].distance",
+        "lights[].diffuse",
+        "lights[].specular",
+        "lights[].position",
+        "timing_ms.load",
+        "timing_ms.maps",
+        "timing_ms.search",
+        "timing_ms.total",
+    ]
+    .map(String::from)
+    .to_vec();
+    expected.extend(terms("objective.weights"));
+    expected.extend(terms("terms"));
+    expected.extend(terms("headlight.terms"));
+    expected.sort();
+    assert_eq!(found, expected);
+    assert_eq!(result["schema"], "klieg.result/1");
+    assert_eq!(result["klieg"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(result["scene"], "ball.gltf");
+    assert_eq!(result["size"], serde_json::json!([48, 40]));
+    assert_eq!(result["lights"][0]["role"], "key");
+    assert_eq!(result["lights"][1]["role"], "fill");
+    assert!(result["lights"].as_array().unwrap().iter().all(|l| l["position"][2].is_number()));
+}
+
+/// The result without its times.
+fn timeless(place: &Workplace, name: &str) -> Value {
+    let mut result = place.read_json(name);
+    result.as_object_mut().unwrap().remove("timing_ms").unwrap();
+    result
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_does_not() {
+    let place = Workplace::new();
+    for (out, seed) in [("a", "7"), ("b", "7"), ("c", "8")] {
+        place.design(out, &["--seed", seed]).assert().success();
+    }
+    assert_eq!(timeless(&place, "a/result.json"), timeless(&place, "b/result.json"));
+    assert_ne!(timeless(&place, "a/result.json"), timeless(&place, "c/result.json"));
+    for name in FILES.iter().filter(|name| **name != "result.json") {
+        let read = |out: &str| std::fs::read(place.path(out).join(name)).unwrap();
+        assert!(read("a") == read("b"), "{name}");
+        assert!(*name == "headlight.png" || read("a") != read("c"), "{name}");
+    }
+}
+
+#[test]
+fn a_lit_scene_scores_as_it_was_designed() {
+    let place = Workplace::new();
+    for kind in ["point", "directional"] {
+        place.design(kind, &["--kind", kind, "--lights", "3"]).assert().success();
+        let result = place.read_json(&format!("{kind}/result.json"));
+        let lit = format!("{kind}/lit.glb");
+        let output =
+            place.klieg(&["score", &lit, "--json"]).assert().success().get_output().clone();
+        let score: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(score["rig"], "scene");
+        assert_eq!(score["size"], result["size"]);
+        assert_eq!(score["lights"].as_array().unwrap().len(), 3);
+        let difference = score["score"].as_f64().unwrap() - result["score"].as_f64().unwrap();
+        assert!(difference.abs() < 1e-3, "{kind}: {difference}");
+        let headlight = ["score", &lit, "--preset", "headlight", "--json"];
+        let output = place.klieg(&headlight).assert().success().get_output().clone();
+        let other: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let difference = other["score"].as_f64().unwrap() - result["score"].as_f64().unwrap();
+        assert!(difference.abs() > 1e-3, "the comparison cannot fail");
+    }
+}
+
+#[test]
+fn the_sheet_is_self_contained() {
+    let place = Workplace::new();
+    let scene = place.path("a & b <i>.gltf");
+    std::fs::rename(place.path("ball.gltf"), &scene).unwrap();
+    let mut command = place.klieg(&["design", "a & b <i>.gltf", "--out", "out"]);
+    command.args(["--size", "32x32", "--generations", "2"]).assert().success();
+    let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
+    let external: Vec<_> = ["src=\"", "href=\"", "url("]
+        .iter()
+        .flat_map(|mark| page.match_indices(mark).map(|(at, mark)| &page[at + mark.len()..]))
+        .filter(|rest| !rest.starts_with("data:"))
+        .collect();
+    assert!(external.is_empty());
+    assert!(!page.contains("<script") && !page.contains("@import"));
+    let namespaces = page.matches("http://www.w3.org/2000/svg").count();
+    assert_eq!(page.matches("http").count(), namespaces);
+    assert!(page.contains("a &amp; b &lt;i&gt;.gltf") && !page.contains("<i>.gltf"));
+    assert_eq!(page.matches("data:image/png;base64,").count(), 2);
+}
+
+#[test]
+fn options_go_before_the_configuration() {
+    let place = Workplace::new();
+    let text = "seed = 5\n[view]\nsize = \"20x30\"\nazimuth = -40.0\n[lights]\nroles = [\"rim\"]\n\
+                kind = \"directional\"\n[search]\npopulation = 6\ngenerations = 2\n";
+    std::fs::write(place.path("k.toml"), text).unwrap();
+    let base = ["design", "ball.gltf", "--config", "k.toml", "--out"];
+    place.klieg(&base).args(["a"]).assert().success();
+    let result = place.read_json("a/result.json");
+    assert_eq!((&result["seed"], &result["size"]), (&5.into(), &serde_json::json!([20, 30])));
+    assert_eq!(
+        (&result["lights"][0]["role"], &result["lights"][0]["kind"]),
+        (&"rim".into(), &"directional".into())
+    );
+    assert_eq!(result["lights"][0]["position"], Value::Null);
+    assert_eq!(result["generations"], 2);
+    let more =
+        ["b", "--seed", "6", "--size", "32x32", "--lights", "key,rim", "--weights", "edge=1"];
+    place.klieg(&base).args(more).assert().success();
+    let result = place.read_json("b/result.json");
+    assert_eq!((&result["seed"], &result["size"]), (&6.into(), &serde_json::json!([32, 32])));
+    assert_eq!(result["lights"].as_array().unwrap().len(), 2);
+    assert_eq!(result["objective"]["weights"]["edge"], 1.0);
+}
+
+/// Ctrl-C: the running generation ends, and the best so far is written.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_the_best_so_far() {
+    let place = Workplace::new();
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("klieg"))
+        .current_dir(place.path(""))
+        .args(["design", "ball.gltf", "--out", "out", "--device", "cpu", "--size", "64x64"])
+        .args(["--generations", "1000000"])
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // The staging folder appears just before the search begins.
+    while !place.path("out").exists() {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    std::thread::sleep(Duration::from_secs(2));
+    let interrupt = ["-INT", &child.id().to_string()];
+    assert!(std::process::Command::new("kill").args(interrupt).status().unwrap().success());
+    assert!(child.wait().unwrap().success());
+    assert_eq!(place.list("out"), FILES);
+    assert!(place.read_json("out/result.json")["generations"].as_u64().unwrap() < 1_000_000);
+}

@@ -1,0 +1,115 @@
+//! Exit codes and messages: 2 with the fault named for what the user gave, 1 for the machine.
+
+mod common;
+
+use common::{Workplace, ball, klieg};
+
+/// Runs a command that must fail and gives its message.
+fn fails(place: &Workplace, arguments: &[&str], code: i32) -> String {
+    let output = place.klieg(arguments).assert().code(code).get_output().clone();
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn wrong_scenes_are_named_and_nothing_is_written() {
+    let place = Workplace::new();
+    std::fs::create_dir(place.path("folder.glb")).unwrap();
+    std::fs::write(place.path("text.glb"), "not a scene").unwrap();
+    let mut empty = ball();
+    empty["scenes"][0]["nodes"] = serde_json::json!([]);
+    std::fs::write(place.path("empty.gltf"), empty.to_string()).unwrap();
+    let whole = ball().to_string();
+    std::fs::write(place.path("cut.gltf"), &whole[..whole.len() / 2]).unwrap();
+    for file in ["absent.glb", "folder.glb", "text.glb", "empty.gltf", "cut.gltf"] {
+        for command in ["design", "analyze"] {
+            let message = fails(&place, &[command, file, "--out", "out"], 2);
+            assert!(message.starts_with("klieg: error: "), "{message}");
+            assert!(message.contains(file), "{message}");
+            assert!(!place.path("out").exists(), "{file}");
+        }
+        assert!(fails(&place, &["score", file, "--preset", "headlight"], 2).contains(file));
+    }
+}
+
+#[test]
+fn wrong_options_are_refused() {
+    let place = Workplace::new();
+    let design = ["design", "ball.gltf", "--out", "out"];
+    for (option, value, part) in [
+        ("--size", "0x5", "--size"),
+        ("--size", "16385x5", "--size"),
+        ("--lights", "0", "--lights"),
+        ("--lights", "17", "--lights"),
+        ("--lights", "back", "--lights"),
+        ("--population", "1", "population"),
+        ("--generations", "0", "generations"),
+        ("--generations", "-1", "--generations"),
+        ("--weights", "1,2", "--weights"),
+        ("--weights", "nan,1,1,1,1", "--weights"),
+        ("--weights", "-1,1,1,1,1", "--weights"),
+        ("--weights", "0,0,0,0,0", "weights"),
+        ("--fov", "180", "fov"),
+        ("--fov", "nan", "fov"),
+        ("--azimuth", "inf", "azimuth"),
+        ("--elevation", "91", "elevation"),
+        ("--kind", "spot", "--kind"),
+        ("--camera", "nobody", "nobody"),
+        ("--device", "no such device", "no such device"),
+        ("--config", "absent.toml", "absent.toml"),
+    ] {
+        let mut arguments = design.to_vec();
+        arguments.extend([option, value]);
+        let message = fails(&place, &arguments, 2);
+        assert!(message.contains(part), "{option} {value}: {message}");
+    }
+    assert!(!place.path("out").exists());
+    fails(&place, &["design", "ball.gltf"], 2);
+    fails(&place, &["score", "ball.gltf", "--light", "0,0,2,1"], 2);
+    fails(&place, &["score", "ball.gltf", "--light", "0,0,0,1,1"], 2);
+    fails(&place, &["score", "ball.gltf", "--light", "0,0,2,1,1", "--preset", "headlight"], 2);
+    fails(&place, &["score", "ball.gltf", "--camera", "0", "--azimuth", "5"], 2);
+    let seventeen: Vec<_> = std::iter::repeat_n(["--light", "0,0,2,1,1"], 17).flatten().collect();
+    fails(&place, &[&["score", "ball.gltf"][..], &seventeen].concat(), 2);
+    assert!(fails(&place, &["score", "ball.gltf"], 2).contains("ball.gltf"));
+    fails(&place, &["bench", "ball.gltf", "--lights", "0"], 2);
+    fails(&place, &["bench", "ball.gltf", "--population", "0"], 2);
+    fails(&place, &["bench", "ball.gltf", "--runs", "0"], 2);
+}
+
+#[test]
+fn a_wrong_configuration_is_named_with_line_and_key() {
+    let place = Workplace::new();
+    std::fs::write(place.path("k.toml"), "[search]\n\nelitsm = 0.5\n").unwrap();
+    let message = fails(&place, &["score", "ball.gltf", "--config", "k.toml"], 2);
+    for part in ["k.toml", "line 3", "elitsm"] {
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_made_is_the_machines_fault() {
+    let place = Workplace::new();
+    std::fs::write(place.path("file"), "").unwrap();
+    for command in ["design", "analyze"] {
+        let message = fails(&place, &[command, "ball.gltf", "--size", "16x16", "--out", "file"], 1);
+        assert!(message.contains("cannot write file"), "{message}");
+        assert_eq!(message.matches("os error").count(), 1, "{message}");
+    }
+    assert_eq!(std::fs::read(place.path("file")).unwrap(), b"");
+}
+
+#[test]
+fn no_arguments_and_help() {
+    klieg(&[]).assert().code(2);
+    let output = klieg(&["--help"]).assert().success().get_output().clone();
+    let help = String::from_utf8(output.stdout).unwrap();
+    for command in ["design", "score", "analyze", "devices", "bench"] {
+        assert!(help.contains(command), "{help}");
+        klieg(&[command, "--help"]).assert().success();
+    }
+    klieg(&["--version"])
+        .assert()
+        .success()
+        .stdout(format!("klieg {}\n", env!("CARGO_PKG_VERSION")));
+}

@@ -1,0 +1,134 @@
+//! `klieg score`, `analyze`, `devices` and `bench`.
+
+mod common;
+
+use common::Workplace;
+use serde_json::{Value, json};
+
+/// Standard output as JSON, which it must be alone.
+fn json_of(place: &Workplace, arguments: &[&str]) -> Value {
+    let output = place.klieg(arguments).args(["--json"]).assert().success().get_output().clone();
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn scores_of_given_lights_and_presets() {
+    let place = Workplace::new();
+    let score = ["score", "ball.gltf", "--size", "40x40"];
+    let given = |more: &[&str]| json_of(&place, &[&score[..], more].concat());
+    let headlight = given(&["--preset", "headlight"]);
+    let same = given(&["--light", "0,0,1,1,1", "--kind", "directional"]);
+    assert_eq!(headlight["score"], same["score"]);
+    assert_eq!((&headlight["rig"], &same["rig"]), (&json!("headlight"), &json!("options")));
+    let other = given(&["--light", "-30,-60,2,1,1", "--light", "40,20,2,0.5,0"]);
+    assert_ne!(headlight["score"], other["score"]);
+    assert_eq!(other["lights"][0]["azimuth_deg"], -60.0);
+    assert_eq!(other["lights"].as_array().unwrap().len(), 2);
+    assert_eq!(given(&["--preset", "light-kit"])["lights"].as_array().unwrap().len(), 5);
+
+    let terms: Vec<f64> =
+        other["terms"].as_object().unwrap().values().map(|t| t.as_f64().unwrap()).collect();
+    let mean = terms.iter().sum::<f64>() / 5.0;
+    assert!((mean - other["score"].as_f64().unwrap()).abs() < 1e-5);
+    let weighed = given(&["--preset", "headlight", "--weights", "0,1,0,0,0"]);
+    assert_eq!(weighed["score"], weighed["terms"]["mean"]);
+
+    let text = place.klieg(&score).args(["--preset", "three-point"]).assert().success();
+    let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
+    assert!(text.contains("three-point") && text.contains("rim"), "{text}");
+}
+
+#[test]
+fn an_analysis_agrees_with_its_arrays() {
+    let place = Workplace::new();
+    let arguments = ["analyze", "ball.gltf", "--out", "maps", "--size", "50x40", "--lights", "3"];
+    let analysis = json_of(&place, &arguments);
+    assert_eq!(analysis, place.read_json("maps/analyze.json"));
+    let expected = [
+        "analyze.json",
+        "base_color.npy",
+        "clusters.png",
+        "code.npy",
+        "code.png",
+        "depth.npy",
+        "depth.png",
+        "edges.png",
+        "normal.npy",
+        "normals.png",
+        "types.npy",
+        "types.png",
+    ];
+    assert_eq!(place.list("maps"), expected);
+    for name in expected.iter().filter(|name| name.ends_with(".png")) {
+        let picture = image::open(place.path("maps").join(name)).unwrap();
+        assert_eq!((picture.width(), picture.height()), (50, 40));
+    }
+    for array in analysis["arrays"].as_array().unwrap() {
+        let bytes =
+            std::fs::read(place.path("maps").join(array["file"].as_str().unwrap())).unwrap();
+        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
+        assert_eq!(json!(file.shape()), array["shape"]);
+    }
+    let bytes = std::fs::read(place.path("maps/code.npy")).unwrap();
+    let code = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<u32>().unwrap();
+    let bytes = std::fs::read(place.path("maps/types.npy")).unwrap();
+    let types = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<u8>().unwrap();
+    for (kind, name) in ["background", "surface", "edge"].iter().enumerate() {
+        let count = types.iter().filter(|&&t| usize::from(t) == kind).count();
+        assert_eq!(analysis["pixels"][name], count, "{name}");
+    }
+    let objects = analysis["objects"].as_array().unwrap();
+    assert_eq!(objects.len(), 2);
+    for object in objects {
+        let first = object["first_polygon"].as_u64().unwrap() as u32;
+        let range = first..first + object["polygons"].as_u64().unwrap() as u32;
+        let pixels = code.iter().filter(|c| range.contains(c)).count();
+        assert_eq!(object["visible_pixels"], pixels);
+        assert!(pixels > 0);
+    }
+    let clusters = analysis["clusters"].as_array().unwrap();
+    assert_eq!(clusters.len(), 3);
+    let members: u64 = clusters.iter().map(|c| c["polygons"].as_u64().unwrap()).sum();
+    assert_eq!(analysis["visible_polygons"], members);
+}
+
+#[test]
+fn the_list_of_devices_ends_with_the_native_evaluator() {
+    let place = Workplace::new();
+    let listing = json_of(&place, &["devices"]);
+    let devices = listing["devices"].as_array().unwrap();
+    let indices: Vec<_> = devices.iter().map(|d| d["index"].as_u64().unwrap() as usize).collect();
+    assert_eq!(indices, (0..devices.len()).collect::<Vec<_>>());
+    let native = &devices[devices.len() - 1];
+    assert_eq!(native["type"], "cpu");
+    assert!(listing["auto"].as_u64().unwrap() < devices.len() as u64);
+    let text = place.klieg(&["devices"]).assert().success();
+    let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
+    for device in devices {
+        assert!(text.contains(device["name"].as_str().unwrap()), "{text}");
+    }
+    let index = native["index"].to_string();
+    let score =
+        ["score", "ball.gltf", "--preset", "headlight", "--size", "16x16", "--device", &index];
+    assert_eq!(json_of(&place, &score)["device"]["type"], "cpu");
+}
+
+#[test]
+fn a_benchmark_has_a_row_for_each_combination() {
+    let place = Workplace::new();
+    let arguments = ["bench", "ball.gltf", "--size", "16x16,24x16", "--lights", "1,3"];
+    let more = ["--population", "4,5", "--runs", "3", "--warm-up", "1"];
+    let bench = json_of(&place, &[&arguments[..], &more].concat());
+    let rows = bench["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 8);
+    for row in rows {
+        let time = |key: &str| row[key].as_f64().unwrap();
+        assert!(time("median_ms") > 0.0 && time("p95_ms") >= time("median_ms"));
+        let rate = row["population"].as_f64().unwrap() / time("median_ms") * 1e3;
+        assert!((time("evaluations_per_second") / rate - 1.0).abs() < 1e-9);
+    }
+    let text =
+        place.klieg(&["bench", "ball.gltf", "--size", "16x16", "--runs", "2"]).assert().success();
+    let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
+    assert!(text.contains("median ms") && text.contains("16x16"), "{text}");
+}
