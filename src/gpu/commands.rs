@@ -119,9 +119,6 @@ pub const COMPUTE_WRITE: Scope =
 /// Compute shaders read.
 pub const COMPUTE_READ: Scope =
     (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Fragment shaders read.
-pub const FRAGMENT_READ: Scope =
-    (vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 /// Fragments are written as colours.
 pub const COLOR_WRITE: Scope =
     (vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
@@ -337,5 +334,42 @@ impl Drop for StageTimer {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work before they drop the timer; null is allowed.
         unsafe { self.context.device().destroy_query_pool(self.pool, None) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::memory::Access;
+    use crate::gpu::testing;
+
+    /// Fills the same buffer twice, with or without a barrier between.
+    fn fill_twice(context: &Arc<Context>, barrier: bool) {
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let buffer = Buffer::new(context, "filled twice", 64, usage, Access::Device).unwrap();
+        Commands::once(context, |cmd| {
+            for value in 0..2 {
+                // SAFETY: the buffer is alive and may be filled.
+                unsafe { context.device().cmd_fill_buffer(cmd, buffer.raw(), 0, 64, value) };
+                if barrier {
+                    context.barrier(cmd, COPY_WRITE, COPY_WRITE);
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+    }
+
+    #[test]
+    fn a_missing_barrier_is_reported() {
+        let context = testing::context();
+        fill_twice(&context, true);
+        testing::assert_valid(&context);
+        fill_twice(&context, false);
+        let messages = context.validation_messages();
+        assert!(
+            messages.iter().any(|m| m.contains("SYNC-HAZARD-WRITE-AFTER-WRITE")),
+            "{messages:?}"
+        );
     }
 }

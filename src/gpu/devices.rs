@@ -179,3 +179,47 @@ fn info(
     };
     DeviceInfo { name: text(properties.device_name_as_c_str()), kind, driver }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(index: usize, name: &str, kind: &'static str, lacks: &[&str]) -> DeviceReport {
+        DeviceReport {
+            index,
+            info: DeviceInfo { name: name.into(), kind, driver: String::new() },
+            api_version: "1.3.0".into(),
+            max_layers: 2048,
+            max_size: 16384,
+            memory: 0,
+            timestamps: true,
+            lacks: lacks.iter().map(ToString::to_string).collect(),
+        }
+    }
+
+    #[test]
+    fn the_best_device_is_discrete_and_able() {
+        let reports = [
+            report(0, "Soft One", "software", &[]),
+            report(1, "Built In", "integrated", &[]),
+            report(2, "Old Card", "discrete", &["something"]),
+            report(3, "New Card", "discrete", &[]),
+            report(4, "Other Card", "discrete", &[]),
+        ];
+        let name = |part: &str| DeviceChoice::Name(part.into());
+        for (choice, expected) in [
+            (DeviceChoice::Best, 3),
+            (DeviceChoice::Index(2), 2),
+            (name("card"), 3),
+            (name("OLD"), 2),
+            (name("other"), 4),
+            (name("soft"), 0),
+        ] {
+            assert_eq!(find(&reports, &choice).ok(), Some(expected), "{choice:?}");
+        }
+        assert_eq!(find(&reports[..3], &DeviceChoice::Best).ok(), Some(1));
+        assert!(matches!(find(&reports, &name("none")), Err(Error::Argument(_))));
+        assert!(matches!(find(&reports, &DeviceChoice::Index(5)), Err(Error::Argument(_))));
+        assert!(matches!(find(&[], &DeviceChoice::Best), Err(Error::NoVulkan(_))));
+    }
+}

@@ -64,12 +64,7 @@ pub(super) fn lacking(instance: &ash::Instance, device: vk::PhysicalDevice) -> V
     if !output_layer {
         lacks.push("feature shaderOutputLayer (the layer from the vertex shader)".into());
     }
-    for (name, read, least) in LIMITS {
-        let has = read(&properties.limits);
-        if has < least {
-            lacks.push(format!("{name} of {least} (it has {has})"));
-        }
-    }
+    lacks.extend(short_limits(&properties.limits));
     for (format, name, needed) in FORMATS {
         // SAFETY: as above.
         let has = unsafe { instance.get_physical_device_format_properties(device, format) };
@@ -82,6 +77,14 @@ pub(super) fn lacking(instance: &ash::Instance, device: vk::PhysicalDevice) -> V
         lacks.push("a queue for both graphics and compute".into());
     }
     lacks
+}
+
+/// The limits that are too low, in words.
+fn short_limits(limits: &vk::PhysicalDeviceLimits) -> impl Iterator<Item = String> {
+    LIMITS.into_iter().filter_map(move |(name, read, least)| {
+        let has = read(limits);
+        (has < least).then(|| format!("{name} of {least} (it has {has})"))
+    })
 }
 
 /// Whether the device has `geometryShader` and `shaderOutputLayer`.
@@ -104,4 +107,20 @@ pub(super) fn queue_family(
     let families = unsafe { instance.get_physical_device_queue_family_properties(device) };
     let index = families.iter().position(|family| family.queue_flags.contains(needed))?;
     Some((index as u32, families[index].timestamp_valid_bits > 0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_limit_that_is_too_low_is_named() {
+        let none = vk::PhysicalDeviceLimits::default();
+        assert_eq!(short_limits(&none).count(), LIMITS.len());
+        let one = vk::PhysicalDeviceLimits { max_color_attachments: 4, ..none };
+        let said: Vec<_> = short_limits(&one).collect();
+        assert!(said[0].contains("maxColorAttachments of 5 (it has 4)"), "{said:?}");
+        let enough = vk::PhysicalDeviceLimits { max_color_attachments: 5, ..none };
+        assert_eq!(short_limits(&enough).count(), LIMITS.len() - 1);
+    }
 }

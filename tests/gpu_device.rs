@@ -1,0 +1,72 @@
+//! Choosing a device, and what is said when there is none.
+
+#[path = "support/gpu.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod support;
+
+use klieg::Error;
+use klieg::gpu::{Context, ContextOptions, DeviceChoice, devices};
+
+fn with(device: DeviceChoice) -> klieg::Result<std::sync::Arc<Context>> {
+    Context::new(&ContextOptions { device, validation: true, ..Default::default() })
+}
+
+#[test]
+fn devices_are_reported_and_chosen_by_index_and_name() {
+    let all = devices().expect("a Vulkan loader");
+    assert!(!all.is_empty(), "no Vulkan device");
+    for (index, report) in all.iter().enumerate() {
+        assert_eq!(report.index, index);
+        assert!(!report.info.name.is_empty() && !report.info.driver.is_empty());
+        if report.lacks.is_empty() {
+            let name = report.info.name.to_uppercase();
+            let by_index = with(DeviceChoice::Index(index)).expect("the device");
+            let by_name = with(DeviceChoice::Name(name)).expect("the device");
+            assert_eq!(by_index.report().info, report.info);
+            assert_eq!(by_name.report().info, report.info);
+            support::assert_valid(&by_index);
+            support::assert_valid(&by_name);
+        }
+    }
+    assert!(with(DeviceChoice::Best).is_ok_and(|best| best.report().lacks.is_empty()));
+}
+
+#[test]
+fn a_device_that_is_not_there_is_the_callers_fault() {
+    for choice in [DeviceChoice::Index(99), DeviceChoice::Name("no such device".into())] {
+        let error = with(choice).err().expect("no such device");
+        assert!(matches!(error, Error::Argument(_)), "{error}");
+        assert!(error.to_string().contains("there are 0: "), "{error}");
+    }
+}
+
+/// Prints why there is no context; run by the test below in an altered environment.
+#[test]
+#[ignore = "a part of another test"]
+fn print_the_error() {
+    println!(
+        "{}",
+        with(DeviceChoice::Best).map_or_else(|error| error.to_string(), |_| "no error".into())
+    );
+}
+
+#[test]
+fn a_machine_without_vulkan_gets_a_reason() {
+    let empty = tempfile::tempdir().expect("a folder");
+    let folder = empty.path().to_str().expect("a plain path").to_owned();
+    std::fs::write(empty.path().join("libvulkan.so.1"), "").expect("a file");
+    for (variable, value, expected) in [
+        ("VK_ICD_FILENAMES", "/nonexistent.json", "Vulkan is not usable here"),
+        ("VK_LAYER_PATH", folder.as_str(), "VK_LAYER_KHRONOS_validation is missing"),
+        ("LD_LIBRARY_PATH", folder.as_str(), "no Vulkan loader"),
+        ("KLIEG_UNUSED", "", "no error"),
+    ] {
+        let output = std::process::Command::new(std::env::current_exe().expect("this test"))
+            .args(["--exact", "print_the_error", "--ignored", "--nocapture"])
+            .env(variable, value)
+            .output()
+            .expect("the test's own program");
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(said.contains(expected), "{variable}: {said}");
+    }
+}
