@@ -41,8 +41,16 @@ vec4 lookup(sampler2D map, TextureUse use, Steps steps) {
     return textureLod(map, at, 0.5 * log2(longer2));
 }
 
-// The shading normal, turned to the viewer.
-vec3 shading_normal(MaterialRecord material, vec3 texel) {
+// The unit vector `n` turned to the viewer. On the polygon's hidden side it changes sides; where
+// interpolation or a texture bent it over the horizon it is mirrored back, which unlike a change of
+// sides is continuous, so that outlines have no dark fringe.
+vec3 turned(vec3 n, vec3 face, vec3 to_viewer) {
+    n = dot(n, face) * dot(face, to_viewer) < 0.0 ? -n : n;
+    return n - 2.0 * min(dot(n, to_viewer), 0.0) * to_viewer;
+}
+
+// The shading normal; `face` is the polygon's, of any length and sign.
+vec3 shading_normal(MaterialRecord material, vec3 texel, vec3 face) {
     vec3 n = normal;
     if ((material.flags & NORMAL_MAPPED) != 0u) {
         vec3 t = 2.0 * texel - 1.0;
@@ -52,14 +60,14 @@ vec3 shading_normal(MaterialRecord material, vec3 texel) {
     }
     vec3 to_viewer =
         eye.w == 1.0 ? vec3(0.0, 0.0, 1.0) : unit_or(eye.xyz - position, vec3(0.0, 0.0, 1.0));
-    n = unit_or(n, to_viewer);
-    return dot(n, to_viewer) < 0.0 ? -n : n;
+    return turned(unit_or(n, to_viewer), face, to_viewer);
 }
 
 void main() {
     // Taken of what is interpolated alone: a pixel outside the polygon, which is computed only for
     // its neighbours' sake, need not get anything from memory.
     Steps steps = Steps(dFdxFine(uv), dFdyFine(uv));
+    vec3 face = cross(dFdxFine(position), dFdyFine(position));
     InstanceRecord record = instances[instance];
     MaterialRecord material = materials[record.material];
 
@@ -78,7 +86,7 @@ void main() {
     out_code = record.first_polygon + uint(gl_PrimitiveID);
     out_position_roughness = vec4(position, material.roughness * metallic_roughness.g);
     out_normal_metallic = vec4(
-        shading_normal(material, normal_texel), material.metallic * metallic_roughness.b);
+        shading_normal(material, normal_texel, face), material.metallic * metallic_roughness.b);
     out_base_color = vec4(base.rgb, 0.0);
     out_emissive = vec4(emissive, 0.0);
 }
