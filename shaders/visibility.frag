@@ -55,7 +55,7 @@ vec3 shading_normal(MaterialRecord material, vec3 texel, vec3 face) {
     if ((material.flags & NORMAL_MAPPED) != 0u) {
         vec3 t = 2.0 * texel - 1.0;
         vec3 bitangent = tangent.w * cross(normal, tangent.xyz);
-        float scale = material.emissive.w;
+        float scale = material.emissive_normal_scale.w;
         n = tangent.xyz * (t.x * scale) + bitangent * (t.y * scale) + normal * t.z;
     }
     vec3 to_viewer =
@@ -72,17 +72,17 @@ void main() {
     MaterialRecord material = materials[record.material];
 
     vec4 base =
-        material.base_color * color * lookup(base_color_texture, material.base_color_use, steps);
+        material.base_color * color * lookup(base_color_texture, material.textures[0], steps);
     bool front = gl_FrontFacing != (record.mirrored != 0u);
     bool shown = front || (material.flags & DOUBLE_SIDED) != 0u;
     if (!shown || base.a < material.alpha_cutoff) {
         discard;
     }
     vec4 metallic_roughness =
-        lookup(metallic_roughness_texture, material.metallic_roughness_use, steps);
-    vec3 normal_texel = lookup(normal_texture, material.normal_use, steps).xyz;
+        lookup(metallic_roughness_texture, material.textures[1], steps);
+    vec3 normal_texel = lookup(normal_texture, material.textures[2], steps).xyz;
     vec3 emissive =
-        material.emissive.rgb * lookup(emissive_texture, material.emissive_use, steps).rgb;
+        material.emissive_normal_scale.rgb * lookup(emissive_texture, material.textures[3], steps).rgb;
     out_code = record.first_polygon + uint(gl_PrimitiveID);
     out_position_roughness = vec4(position, material.roughness * metallic_roughness.g);
     out_normal_metallic = vec4(
