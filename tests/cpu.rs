@@ -325,7 +325,7 @@ fn a_floor_reaches_from_behind_the_viewer_to_the_horizon() {
         assert!(above);
         (below, surface.code.iter().filter(|&&code| code != 0).count())
     };
-    assert_eq!(count(camera.clone()).0, true);
+    assert!(count(camera.clone()).0);
     camera.far = Some(4.0);
     let (below, near) = count(camera.clone());
     assert!(!below && near > 0);

@@ -2,6 +2,7 @@
 //! loops over them into vector code, and from IEEE basic operations alone, so that they give the same
 //! bits on every machine. The minimax polynomials are N. Juffa's, in the public domain.
 
+use std::f32::consts::LN_2;
 use std::hint::select_unpredictable;
 
 /// `1/√x` for normal `x > 0`, within 3e-7 of it; finite for 0.
@@ -26,7 +27,7 @@ pub fn ln(x: f32) -> f32 {
     let even = ((-0.130_310_06 * s - 0.121_483_51) * s - 0.166_846_13) * s - 0.249_996_2;
     let odd = (0.140_869_14 * s + 0.139_814_85) * s + 0.200_120_35;
     let tail = ((odd * m + even) * m + 0.333_331_97) * m - 0.5;
-    e as f32 * std::f32::consts::LN_2 + (tail * s + m)
+    e as f32 * LN_2 + (tail * s + m)
 }
 
 /// `2^y` for `-64 < y < 128`, within 3e-7 of it relatively; `2^-64` for all smaller `y`, so that
@@ -39,7 +40,7 @@ pub fn exp2(y: f32) -> f32 {
     let rounded = y + ROUND;
     let f = y - (rounded - ROUND);
     let high = ((1.537_203_8e-4 * f + 1.339_038_7e-3) * f + 9.618_178e-3) * f + 5.550_366e-2;
-    let power = ((high * f + 0.240_226_63) * f + 0.693_147_2) * f + 1.0;
+    let power = ((high * f + 0.240_226_63) * f + LN_2) * f + 1.0;
     f32::from_bits(power.to_bits().wrapping_add(rounded.to_bits() << 23))
 }
 
