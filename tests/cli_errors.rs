@@ -44,7 +44,7 @@ fn wrong_options_are_refused() {
         ("--lights", "back", "--lights"),
         ("--population", "1", "population"),
         ("--generations", "0", "generations"),
-        ("--generations", "-1", "--generations"),
+        ("--generations", "-1", "'-1'"),
         ("--weights", "1,2", "--weights"),
         ("--weights", "nan,1,1,1,1", "--weights"),
         ("--weights", "-1,1,1,1,1", "--weights"),

@@ -1,6 +1,9 @@
 //! The blocks that the shaders declare against the structs that the host writes, by reflection.
 
-use klieg::gpu::layout::{Detail, GradientPart, MomentPart, Parameters, ViewStatistics};
+use klieg::gpu::layout::{
+    Camera, Detail, GradientPart, InstanceRecord, MaterialRecord, MomentPart, Parameters,
+    TextureUse, ViewStatistics,
+};
 use klieg::gpu::shaders;
 use klieg::lighting::LightRecord;
 use rspirv::dr::{Instruction, Module, Operand};
@@ -57,6 +60,31 @@ fn hosts() -> BTreeMap<&'static str, Host> {
             "ViewStatistics",
             host!(ViewStatistics { surface, edge, normal_detail, background_depth }),
         ),
+        ("Camera", host!(Camera { clip_from_frame, eye })),
+        (
+            "InstanceRecord",
+            host!(InstanceRecord {
+                frame_from_mesh,
+                normal_from_mesh,
+                first_polygon,
+                material,
+                mirrored,
+                padding,
+            }),
+        ),
+        (
+            "MaterialRecord",
+            host!(MaterialRecord {
+                base_color,
+                emissive_normal_scale,
+                metallic,
+                roughness,
+                alpha_cutoff,
+                flags,
+                textures,
+            }),
+        ),
+        ("TextureUse", host!(TextureUse { u, v })),
         ("Light", host!(LightRecord { position, radius2, diffuse, specular, padding })),
         ("Moments", host!(MomentPart { count, mean, deviation })),
         ("Gradient", host!(GradientPart { surface, edge })),

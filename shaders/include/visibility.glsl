@@ -1,4 +1,4 @@
-// What the two shaders of the visibility stage share; the Rust side is src/gpu/visibility.rs.
+// What the two shaders of the visibility stage share; the Rust side is src/gpu/layout.rs.
 
 struct InstanceRecord {
     mat4 frame_from_mesh;
@@ -17,15 +17,12 @@ struct TextureUse {
 
 struct MaterialRecord {
     vec4 base_color;
-    vec4 emissive;          // w: scale of the normal texture's x and y
+    vec4 emissive_normal_scale; // w: scale of the normal texture's x and y
     float metallic;
     float roughness;
     float alpha_cutoff;
     uint flags;
-    TextureUse base_color_use;
-    TextureUse metallic_roughness_use;
-    TextureUse normal_use;
-    TextureUse emissive_use;
+    TextureUse textures[4]; // base colour, metallic-roughness, normal, emissive
 };
 
 const uint DOUBLE_SIDED = 1u;

@@ -16,7 +16,7 @@ use clap::Args;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use serde_json::{Map, Value};
 use std::time::Instant;
 
 /// Time a generation
@@ -80,8 +80,8 @@ struct Row {
     median_ms: f64,
     p95_ms: f64,
     evaluations_per_second: f64,
-    /// Median of the GPU's time for each stage.
-    stages_ms: BTreeMap<&'static str, f64>,
+    /// Median of the GPU's time for each stage, in the stages' order.
+    stages_ms: Map<String, Value>,
 }
 
 /// What is measured.
@@ -175,7 +175,7 @@ fn row(
     let genome = Genome::new(&roles, options.kind.into(), &settings.lights.boxes)?;
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let mut scores = vec![0.0; population];
-    let (mut walls, mut stages) = (Vec::new(), BTreeMap::<_, Vec<f64>>::new());
+    let (mut walls, mut stages) = (Vec::new(), Vec::<(&str, Vec<f64>)>::new());
     for run in 0..options.warm_up + options.runs {
         let rigs = random(&genome, population, &mut rng)?;
         let start = Instant::now();
@@ -184,7 +184,10 @@ fn row(
         if run >= options.warm_up {
             walls.push(wall);
             for &(stage, time) in evaluator.stage_times() {
-                stages.entry(stage).or_default().push(time);
+                match stages.iter_mut().find(|(name, _)| *name == stage) {
+                    Some((_, times)) => times.push(time),
+                    None => stages.push((stage, vec![time])),
+                }
             }
         }
     }
@@ -199,7 +202,10 @@ fn row(
         median_ms,
         p95_ms: percentile(&walls, 0.95),
         evaluations_per_second: population as f64 / median_ms * 1e3,
-        stages_ms: stages.into_iter().map(|(stage, times)| (stage, sorted_median(times))).collect(),
+        stages_ms: stages
+            .into_iter()
+            .map(|(name, times)| (name.into(), sorted_median(times).into()))
+            .collect(),
     })
 }
 
@@ -251,10 +257,11 @@ fn show(bench: &Bench) {
     }
     println!("{table}");
     for row in bench.rows.iter().filter(|row| !row.stages_ms.is_empty()) {
-        let stages: Vec<_> =
-            row.stages_ms.iter().map(|(stage, ms)| format!("{stage} {ms:.3}")).collect();
+        let time = |ms: &Value| ms.as_f64().unwrap_or_default();
+        let stages = row.stages_ms.iter().map(|(stage, ms)| format!("{stage} {:.3}", time(ms)));
+        let stages: Vec<_> = stages.collect();
         let (name, size) = (&row.device.name, Size(row.size));
-        println!("\n{name}, {size}, {} lights, N {}, GPU ms:", row.lights, row.population);
+        println!("\n{name}, {size}, lights {}, N {}, GPU ms:", row.lights, row.population);
         println!("  {}", stages.join(", "));
     }
 }

@@ -5,6 +5,7 @@ use super::values::{Device, Lights, Size};
 use crate::lighting::LightKind;
 use crate::lighting::genome::Boxes;
 use crate::lighting::shading::Shading;
+use crate::lighting::start::StartSettings;
 use crate::objective::Objective;
 use crate::optimize::GeneticSettings;
 use crate::{Error, Result};
@@ -27,6 +28,8 @@ pub struct Settings {
     pub objective: Objective,
     /// The shading model.
     pub shading: Shading,
+    /// The first population.
+    pub start: StartSettings,
     /// The genetic algorithm.
     pub search: GeneticSettings,
 }
@@ -108,6 +111,8 @@ impl Settings {
         within("shading.ambient", ambient, 0.0, f32::MAX)?;
         within("shading.dielectric", dielectric, 0.0, 1.0)?;
         within("shading.max_shininess", max_shininess, 1.0, f32::MAX)?;
+        within("start.scattered", self.start.scattered, 0.0, 1.0)?;
+        within("start.spread", self.start.spread, 0.0, 1.0)?;
         self.search.check()
     }
 }
@@ -191,11 +196,14 @@ mod tests {
 
     #[test]
     fn the_documented_view_keys_are_known() {
-        let text: String = documented()
-            .lines()
-            .filter(|line| !line.starts_with("# camera"))
-            .map(|line| format!("{}\n", line.strip_prefix("# ").unwrap_or(line)))
-            .collect();
+        // A comment of the form `# key = value` is a key that is absent by default.
+        let uncomment = |line: &str| {
+            let key = line.strip_prefix("# ").filter(|rest| rest.split(' ').nth(1) == Some("="));
+            format!("{}\n", key.unwrap_or(line))
+        };
+        let text = documented();
+        let lines = text.lines().filter(|line| !line.starts_with("# camera"));
+        let text: String = lines.map(uncomment).collect();
         let settings: Settings = toml::from_str(&text).unwrap();
         assert!(settings.view.framed() && settings.view.size == Some(Size([512, 512])));
         settings.check().unwrap();

@@ -114,7 +114,13 @@ fn search_lights(session: &mut Session, genome: &Genome, quiet: bool) -> Result<
     let normals = start::visible_normals(&session.scene, &session.view, maps);
     let clustering = start::cluster(&normals, genome.lights(), &mut rng);
     let first = start::from_clusters(genome, &clustering.clusters);
-    let population = start::population(genome.bounds(), first, settings.population, &mut rng);
+    let population = start::population(
+        genome.bounds(),
+        first,
+        settings.population,
+        &session.settings.start,
+        &mut rng,
+    );
     let mut search = Genetic::new(genome.bounds(), population, settings, rng)?;
 
     let interrupted = on_interrupt()?;

@@ -191,8 +191,7 @@ pub(super) fn evaluator(
             Engine::Cpu(CpuEvaluator::new(maps, view, objective, shading))
         }
         Opened::Vulkan(context) => {
-            let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
-            Engine::Vulkan(GpuEvaluator::with_maps(&context, &maps, view, objective, shading)?)
+            Engine::Vulkan(GpuEvaluator::new(&context, scene, view, objective, shading)?)
         }
     })
 }

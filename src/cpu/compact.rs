@@ -77,12 +77,12 @@ impl Pixels {
                 surface.roughness[at],
                 surface.emissive[at].into(),
             );
-            let to_viewer = view.towards_viewer(position).to_array();
-            for axis in 0..3 {
-                pixels.position[axis].push(surface.position[at][axis]);
-                pixels.normal[axis].push(surface.normal[at][axis]);
-                pixels.to_viewer[axis].push(to_viewer[axis]);
-            }
+            let axes = |columns: &mut [Vec<f32>; 3], vector: [f32; 3]| {
+                columns.iter_mut().zip(vector).for_each(|(column, x)| column.push(x));
+            };
+            axes(&mut pixels.position, surface.position[at]);
+            axes(&mut pixels.normal, surface.normal[at]);
+            axes(&mut pixels.to_viewer, view.towards_viewer(position).to_array());
             pixels.diffuse.push(luminance(reflectance.diffuse));
             pixels.specular.push(luminance(reflectance.specular));
             pixels.exponent.push(reflectance.shininess * std::f32::consts::LOG2_E);

@@ -23,13 +23,12 @@ const SHADE_BLOCK: usize = 512;
 pub fn shade(pixels: &Pixels, range: Range<usize>, rig: &[LightRecord], picture: &mut [f32]) {
     for (block, out) in picture.chunks_mut(SHADE_BLOCK).enumerate() {
         let start = range.start + block * SHADE_BLOCK;
-        let range = start..start + out.len();
-        out.copy_from_slice(&pixels.unlit[range.clone()]);
+        out.copy_from_slice(&pixels.unlit[start..start + out.len()]);
         for light in rig {
             if light.radius2 > 0.0 {
-                add_light::<true>(pixels, range.clone(), light, out);
+                add_light::<true>(pixels, start, light, out);
             } else {
-                add_light::<false>(pixels, range.clone(), light, out);
+                add_light::<false>(pixels, start, light, out);
             }
         }
         for i in out {
@@ -38,22 +37,24 @@ pub fn shade(pixels: &Pixels, range: Range<usize>, rig: &[LightRecord], picture:
     }
 }
 
-/// Adds one light's luminance; the formula is [`crate::lighting::shading::light_response`].
+/// Adds one light's luminance to the pixels from `start` on; the formula is [`crate::lighting::shading::light_response`].
 #[inline(always)]
 fn add_light<const POINT: bool>(
     pixels: &Pixels,
-    range: Range<usize>,
+    start: usize,
     light: &LightRecord,
     out: &mut [f32],
 ) {
-    let [px, py, pz] = pixels.position.each_ref().map(|c| &c[range.clone()]);
-    let [nx, ny, nz] = pixels.normal.each_ref().map(|c| &c[range.clone()]);
-    let [vx, vy, vz] = pixels.to_viewer.each_ref().map(|c| &c[range.clone()]);
-    let diffuse = &pixels.diffuse[range.clone()];
-    let specular = &pixels.specular[range.clone()];
-    let exponent = &pixels.exponent[range.clone()];
+    // Slices of one visible length: a bounds check left in the loop would leave its end to scalar code.
+    let n = out.len();
+    let [px, py, pz] = pixels.position.each_ref().map(|c| &c[start..][..n]);
+    let [nx, ny, nz] = pixels.normal.each_ref().map(|c| &c[start..][..n]);
+    let [vx, vy, vz] = pixels.to_viewer.each_ref().map(|c| &c[start..][..n]);
+    let diffuse = &pixels.diffuse[start..][..n];
+    let specular = &pixels.specular[start..][..n];
+    let exponent = &pixels.exponent[start..][..n];
     let [x, y, z] = light.position;
-    for i in 0..out.len().min(range.len()) {
+    for i in 0..n {
         let (mut lx, mut ly, mut lz, mut falloff) = (x, y, z, 1.0);
         if POINT {
             (lx, ly, lz) = (x - px[i], y - py[i], z - pz[i]);

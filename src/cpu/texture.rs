@@ -31,7 +31,9 @@ pub fn sample(texture: &Texture, uv: Vec2, dx: Vec2, dy: Vec2) -> Vec4 {
 }
 
 fn bilinear(texture: &Texture, level: &TextureLevel, uv: Vec2) -> Vec4 {
-    let at = uv * Vec2::new(level.width as f32, level.height as f32) - 0.5;
+    // Beyond this the coordinates of a wild file have no fraction left to blend with.
+    const FAR: Vec2 = Vec2::splat(1e9);
+    let at = (uv * Vec2::new(level.width as f32, level.height as f32) - 0.5).clamp(-FAR, FAR);
     let corner = at.floor();
     let (x, y) = (corner.x as i64, corner.y as i64);
     let weight = at - corner;

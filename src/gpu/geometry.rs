@@ -1,68 +1,16 @@
 //! The scene's triangles and materials as the visibility draw reads them.
 
 use super::Context;
+use super::layout::{DOUBLE_SIDED, InstanceRecord, MaterialRecord, NORMAL_MAPPED, TextureUse};
 use super::memory::{Access, Buffer};
 use super::staging::Uploader;
 use crate::scene::view::View;
 use crate::scene::{Instance, Material, Scene, TextureRef, Vertex};
 use crate::{Error, Result};
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
-
-/// What the draw needs of an instance; `InstanceRecord` of `shaders/include/visibility.glsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct InstanceRecord {
-    /// Light frame from mesh space, column by column.
-    pub frame_from_mesh: [[f32; 4]; 4],
-    /// A positive multiple of the inverse transpose of its linear part.
-    pub normal_from_mesh: [[f32; 4]; 3],
-    /// Colour code of the first triangle.
-    pub first_polygon: u32,
-    /// Index into the materials.
-    pub material: u32,
-    /// 1 where the transform turns the winding round.
-    pub mirrored: u32,
-    /// To a multiple of 16 bytes.
-    pub padding: u32,
-}
-
-/// A material's use of a texture: the rows of its transform, the coordinate set in `u[3]`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct TextureUse {
-    /// Gives `u'`.
-    pub u: [f32; 4],
-    /// Gives `v'`.
-    pub v: [f32; 4],
-}
-
-/// What the draw needs of a material; `MaterialRecord` of `shaders/include/visibility.glsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct MaterialRecord {
-    /// Linear, with alpha.
-    pub base_color: [f32; 4],
-    /// Linear; then the scale of the normal texture's x and y.
-    pub emissive_normal_scale: [f32; 4],
-    /// Factor.
-    pub metallic: f32,
-    /// Factor.
-    pub roughness: f32,
-    /// Least alpha that is drawn.
-    pub alpha_cutoff: f32,
-    /// [`DOUBLE_SIDED`] and [`NORMAL_MAPPED`].
-    pub flags: u32,
-    /// Base colour, metallic-roughness, normal, emissive.
-    pub textures: [TextureUse; 4],
-}
-
-/// Flag of a material whose back faces are drawn.
-pub const DOUBLE_SIDED: u32 = 1;
-/// Flag of a material with a normal texture.
-pub const NORMAL_MAPPED: u32 = 2;
 
 impl InstanceRecord {
     fn new(scene: &Scene, view: &View, instance: &Instance) -> Self {

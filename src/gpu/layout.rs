@@ -1,5 +1,5 @@
 //! What host and shaders share: the blocks' layouts and the numbers of the bindings and of the
-//! specialisation constants. The other side is `shaders/include/layout.glsl`; a test compares the
+//! specialisation constants. The other side is `shaders/include/`; a test compares the
 //! two by reflection.
 
 use super::pipeline::Binding;
@@ -136,6 +136,69 @@ pub struct Detail {
     pub picture_gradient: f32,
     /// Object pixels in each bin.
     pub histogram: [u32; HISTOGRAM_BINS],
+}
+
+/// What the visibility draw needs of an instance (`shaders/include/visibility.glsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct InstanceRecord {
+    /// Light frame from mesh space, column by column.
+    pub frame_from_mesh: [[f32; 4]; 4],
+    /// A positive multiple of the inverse transpose of its linear part.
+    pub normal_from_mesh: [[f32; 4]; 3],
+    /// Colour code of the first triangle.
+    pub first_polygon: u32,
+    /// Index into the materials.
+    pub material: u32,
+    /// 1 where the transform turns the winding round.
+    pub mirrored: u32,
+    /// To a multiple of 16 bytes.
+    pub padding: u32,
+}
+
+/// A material's use of a texture: the rows of its transform, the coordinate set in `u[3]`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct TextureUse {
+    /// Gives `u'`.
+    pub u: [f32; 4],
+    /// Gives `v'`.
+    pub v: [f32; 4],
+}
+
+/// What the visibility draw needs of a material (`shaders/include/visibility.glsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct MaterialRecord {
+    /// Linear, with alpha.
+    pub base_color: [f32; 4],
+    /// Linear; then the scale of the normal texture's x and y.
+    pub emissive_normal_scale: [f32; 4],
+    /// Factor.
+    pub metallic: f32,
+    /// Factor.
+    pub roughness: f32,
+    /// Least alpha that is drawn.
+    pub alpha_cutoff: f32,
+    /// [`DOUBLE_SIDED`] and [`NORMAL_MAPPED`].
+    pub flags: u32,
+    /// Base colour, metallic-roughness, normal, emissive.
+    pub textures: [TextureUse; 4],
+}
+
+/// Flag of a material whose back faces are drawn.
+pub const DOUBLE_SIDED: u32 = 1;
+/// Flag of a material with a normal texture.
+pub const NORMAL_MAPPED: u32 = 2;
+
+/// Push constants of the visibility draw (`shaders/include/visibility.glsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Camera {
+    /// Clip space from the light frame, column by column.
+    pub clip_from_frame: [[f32; 4]; 4],
+    /// The viewer; then 1 where all view rays are parallel.
+    pub eye: [f32; 4],
 }
 
 /// Numbers of the bindings of the view's descriptor set, which all of its stages share.

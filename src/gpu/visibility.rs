@@ -1,8 +1,9 @@
 //! The stage `visibility`: one draw of the scene that leaves the nearest polygon of each pixel, with
 //! its position, normal and material, in the G-buffer.
 
-use super::commands::{COMPUTE_READ, COPY_READ, FRAGMENT_READ};
+use super::commands::{COMPUTE_READ, COPY_READ};
 use super::geometry::{Draw, Geometry, draws};
+use super::layout::Camera;
 use super::memory::{Image, ImageDesc};
 use super::pipeline::{DescriptorSet, MAIN, Pipeline, ShaderModule};
 use super::textures::Textures;
@@ -12,21 +13,11 @@ use crate::Result;
 use crate::scene::view::View;
 use crate::scene::{Scene, Vertex};
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use std::mem::offset_of;
 use std::sync::Arc;
 
 /// Colour attachments: those of the [`GBuffer`].
 const COLORS: usize = 5;
-
-/// Push constants; `Camera` of `shaders/include/visibility.glsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-struct Camera {
-    clip_from_frame: [[f32; 4]; 4],
-    /// The viewer; then 1 where all view rays are parallel.
-    eye: [f32; 4],
-}
 
 /// The scene on the device, ready to be drawn into a G-buffer. Not needed once that is done.
 pub struct Visibility {
@@ -73,8 +64,8 @@ impl Visibility {
         Ok(Self { geometry, textures, draws, camera, set, pipeline, target, context })
     }
 
-    /// Records the draw. The G-buffer is then in layout `GENERAL` and visible to compute and
-    /// fragment shaders and to copies.
+    /// Records the draw. The G-buffer is then in layout `GENERAL` and visible to compute
+    /// shaders and to copies.
     pub fn record(&self, cmd: vk::CommandBuffer) {
         let device = self.context.device();
         let layout = self.target.layout;
@@ -233,7 +224,7 @@ fn dependencies() -> [vk::SubpassDependency; 2] {
     let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
     let writers = Stage::COLOR_ATTACHMENT_OUTPUT | tests;
     let writes = Access::COLOR_ATTACHMENT_WRITE | Access::DEPTH_STENCIL_ATTACHMENT_WRITE;
-    let readers = [COMPUTE_READ, FRAGMENT_READ, COPY_READ];
+    let readers = [COMPUTE_READ, COPY_READ];
     let before = vk::SubpassDependency::default()
         .src_subpass(vk::SUBPASS_EXTERNAL)
         .dst_subpass(0)

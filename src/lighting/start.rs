@@ -9,14 +9,27 @@ use crate::scene::view::View;
 use glam::{DMat3, Vec3};
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Lloyd iterations at most; clusterings of normals settle in far fewer.
 const ITERATIONS: usize = 100;
 
-/// Share of the first population that scatters around the clusters, and how far: the standard
-/// deviation as a share of each allele's range.
-const SCATTERED: f64 = 1.0 / 3.0;
-const SCATTER: f32 = 0.1;
+/// How the first population spreads around the clusters. The numbers are our reconstruction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StartSettings {
+    /// Share of the population that scatters around the clusters' individual, 0..=1; the rest is
+    /// uniform in the box.
+    pub scattered: f32,
+    /// Standard deviation of that scatter as a share of each allele's range, 0..=1.
+    pub spread: f32,
+}
+
+impl Default for StartSettings {
+    fn default() -> Self {
+        Self { scattered: 0.3333, spread: 0.1 }
+    }
+}
 
 /// A group of similar normals.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,24 +155,24 @@ pub fn from_clusters(genome: &Genome, clusters: &[Cluster]) -> Vec<f32> {
     genome.encode(&rig)
 }
 
-/// The first population: `first` itself, a third scattered around it, the rest uniform in the box.
+/// The first population: `first` itself, some scattered around it, the rest uniform in the box.
 pub fn population(
     bounds: &[Range],
     first: Vec<f32>,
     size: usize,
+    settings: &StartSettings,
     rng: &mut impl Rng,
 ) -> Vec<Vec<f32>> {
-    let scattered = (size as f64 * SCATTERED).round() as usize;
+    let scattered = (size as f32 * settings.scattered).round() as usize;
     let mut population = vec![first];
     while population.len() < size {
         let near = population.len() <= scattered;
-        let individual = std::iter::zip(bounds, &population[0])
-            .map(
-                |(range, &center)| {
-                    if near { range.step(center, SCATTER, rng) } else { range.uniform(rng) }
-                },
-            )
-            .collect();
+        let individual =
+            std::iter::zip(bounds, &population[0])
+                .map(|(range, &center)| {
+                    if near { range.step(center, settings.spread, rng) } else { range.uniform(rng) }
+                })
+                .collect();
         population.push(individual);
     }
     population
@@ -244,7 +257,7 @@ mod tests {
             let genome = Genome::new(&[Role::Key, Role::Rim], kind, &Boxes::default()).unwrap();
             let clusters = cluster(&bundles(&[(-Vec3::Z, 5), (Vec3::Y, 4)], seed), 2, &mut rng(seed));
             let first = from_clusters(&genome, &clusters.clusters);
-            let population = population(genome.bounds(), first.clone(), 30, &mut rng(seed));
+            let population = population(genome.bounds(), first.clone(), 30, &StartSettings::default(), &mut rng(seed));
             prop_assert_eq!(population.len(), 30);
             prop_assert_eq!(&population[0], &first);
             for individual in &population {

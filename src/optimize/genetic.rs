@@ -203,7 +203,8 @@ mod tests {
     fn search(bounds: &[Range], settings: GeneticSettings, seed: u64) -> Genetic {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let first = bounds.iter().map(Range::middle).collect();
-        let start = start::population(bounds, first, settings.population, &mut rng);
+        let start =
+            start::population(bounds, first, settings.population, &Default::default(), &mut rng);
         Genetic::new(bounds, start, settings, rng).unwrap()
     }
 

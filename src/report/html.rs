@@ -11,7 +11,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use image::RgbImage;
 use minijinja::value::Serde;
-use minijinja::{Environment, context};
+use minijinja::{Environment, Value, context};
 use serde::Serialize;
 
 /// What each term means, in the order of [`Terms::to_array`].
@@ -24,7 +24,7 @@ const MEANINGS: [&str; 5] = [
 ];
 
 /// Size of the inline plot: text stays legible at a phone's width.
-const PLOT: (u32, u32) = (480, 330);
+const PLOT: (u32, u32) = (480, 440);
 
 /// What the sheet shows.
 #[derive(Debug)]
@@ -122,6 +122,8 @@ impl Sheet<'_> {
     }
 }
 
-fn data_uri(image: &RgbImage) -> Result<String> {
-    Ok(format!("data:image/png;base64,{}", STANDARD.encode(picture::png(image)?)))
+/// The picture as a URI; base64 needs no escaping in HTML.
+fn data_uri(image: &RgbImage) -> Result<Value> {
+    let text = STANDARD.encode(picture::png(image)?);
+    Ok(Value::from_safe_string(format!("data:image/png;base64,{text}")))
 }

@@ -23,11 +23,12 @@ impl Workplace {
 
     /// `klieg` in this folder, on the native evaluator.
     pub fn klieg(&self, arguments: &[&str]) -> Command {
-        let mut command = klieg(arguments);
-        command.current_dir(self.folder.path());
-        if !matches!(arguments.first(), Some(&"devices")) && !arguments.contains(&"--device") {
+        let (subcommand, options) = arguments.split_at(1);
+        let mut command = klieg(subcommand);
+        if subcommand != ["devices"] && !options.contains(&"--device") {
             command.args(["--device", "cpu"]);
         }
+        command.current_dir(self.folder.path()).args(options);
         command
     }
 

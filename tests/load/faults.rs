@@ -162,12 +162,12 @@ fn counts_that_would_take_all_memory() {
             ]);
             j["meshes"][0]["primitives"][0] = json!({"attributes": {"POSITION": 0}});
         });
-        assert_fault(&file, &["more than"]);
+        assert_fault(&file, &["more vertices"]);
         let values = file.view(&floats(&[0.0; 3]));
         file.json["accessors"][0]["sparse"] = json!({"count": 1,
             "indices": {"bufferView": values, "componentType": U8},
             "values": {"bufferView": values}});
-        assert_fault(&file, &["more than"]);
+        assert_fault(&file, &["more vertices"]);
     }
     // One mesh of 500,000 points, drawn as 100,000 primitives.
     let mut file = changed(|j| {
@@ -175,7 +175,7 @@ fn counts_that_would_take_all_memory() {
     });
     let primitives = vec![json!({"attributes": {"POSITION": 0}}); 100_000];
     file.json["meshes"][0]["primitives"] = json!(primitives);
-    assert_fault(&file, &["more than"]);
+    assert_fault(&file, &["more vertices"]);
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn strips_and_fans() {
     assert_eq!(corners(&file.scene()), [[B, C, A], [C, D, A]]);
 
     let mut file = File::square();
-    let stitched = file.accessor(&shorts(&[0, 1, 2, 2, 2, 2, 1, 3]), "SCALAR", U16, 8);
+    let stitched = file.accessor(&shorts(&[0, 1, 2, 2, 2, 1, 3]), "SCALAR", U16, 7);
     file.primitive()["indices"] = json!(stitched);
     file.primitive()["mode"] = json!(5);
     assert_eq!(corners(&file.scene()), [[A, B, C], [C, B, D]], "stitches are dropped");
@@ -197,6 +197,17 @@ fn vertices_that_are_not_used_are_not_kept() {
     let scene = file.scene();
     assert_eq!(scene.meshes[0].vertices.len(), 3);
     assert_eq!(corners(&scene), [[D, C, B]]);
+
+    // A small part of a large buffer.
+    let many = [&[9.0; 300], &SQUARE[..]].concat();
+    let position = file.accessor(&floats(&many), "VEC3", F32, 104);
+    let normal = file.accessor(&floats(&FRONT.repeat(26)), "VEC3", F32, 104);
+    file.primitive()["attributes"] = json!({"POSITION": position, "NORMAL": normal});
+    let indices = file.accessor(&[103, 102, 101, 102, 100, 101], "SCALAR", U8, 6);
+    file.primitive()["indices"] = json!(indices);
+    let scene = file.scene();
+    assert_eq!(scene.meshes[0].vertices.len(), 4);
+    assert_eq!(corners(&scene), [[D, C, B], [C, A, B]]);
 }
 
 fn normal_mapped() -> File {

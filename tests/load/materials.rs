@@ -58,6 +58,24 @@ fn blended_and_unlit_materials_are_warned_of() {
 }
 
 #[test]
+fn warnings_end_somewhere() {
+    let mut file = File::square();
+    let blended = vec![json!({"alphaMode": "BLEND"}); 150];
+    file.json["materials"] = json!(blended);
+    let mut primitive = file.primitive().clone();
+    let primitive = |number| {
+        primitive["material"] = json!(number);
+        primitive.clone()
+    };
+    let primitives: Vec<_> = (0..150).map(primitive).collect();
+    file.json["meshes"][0]["primitives"] = json!(primitives);
+    let scene = file.scene();
+    assert_eq!((scene.materials.len(), scene.warnings.len()), (151, 101));
+    assert!(scene.warnings[99].contains("material 99"), "{:?}", scene.warnings);
+    assert!(scene.warnings[100].contains("further"), "{:?}", scene.warnings);
+}
+
+#[test]
 fn an_optional_extension_is_warned_of_once() {
     let mut file = File::square();
     file.json["extensionsUsed"] =
@@ -98,7 +116,7 @@ fn mips_are_boxes_in_linear_light() {
     assert_eq!(texture.levels[1].texels, [[188, 188, 188, 128]]);
 
     // 5×3: every texel counts the same in what it becomes.
-    let mut texels = vec![[0, 0, 0, 255]; 15];
+    let mut texels = [[0, 0, 0, 255]; 15];
     texels[14] = [255; 4];
     let texture = &pictured(&png(5, 3, texels.as_flattened())).scene().textures[0];
     let sizes: Vec<_> = texture.levels.iter().map(|l| (l.width, l.height)).collect();

@@ -149,9 +149,16 @@ impl Painter<'_> {
             roughness: vec![0.0; n],
             emissive: vec![[0.0; 3]; n],
         };
-        #[rustfmt::skip]
         let Surface {
-            code, depth, position, normal, base_color, metallic, roughness, emissive, ..
+            code,
+            depth,
+            position,
+            normal,
+            base_color,
+            metallic,
+            roughness,
+            emissive,
+            ..
         } = &mut surface;
         let attributes = (depth, position, normal, base_color, metallic, roughness, emissive);
         (&*code, attributes.into_par_iter())

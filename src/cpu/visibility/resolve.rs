@@ -88,8 +88,17 @@ impl<'a> Pixel<'a> {
             let scale = material.normal_scale;
             n = t * (texel.x * scale) + b * (texel.y * scale) + n * texel.z;
         }
-        let n = n.normalize_or(towards_viewer);
-        if n.dot(towards_viewer) < 0.0 { -n } else { n }
+        self.turned(n.normalize_or(towards_viewer), towards_viewer)
+    }
+
+    /// `n` turned to the viewer. On the polygon's hidden side it changes sides; where interpolation
+    /// or a texture bent it over the horizon it is mirrored back, which unlike a change of sides is
+    /// continuous, so that outlines have no dark fringe.
+    fn turned(&self, n: Vec3, towards_viewer: Vec3) -> Vec3 {
+        let [a, b, c] = self.corners;
+        let face = (b - a).cross(c - a);
+        let n = if n.dot(face) * face.dot(towards_viewer) < 0.0 { -n } else { n };
+        n - 2.0 * n.dot(towards_viewer).min(0.0) * towards_viewer
     }
 
     /// A vertex attribute here.

@@ -8,9 +8,12 @@ use gltf::json::{Index, Root};
 use std::borrow::Cow;
 use std::cell::Cell;
 
-/// Most elements and indices that a file's meshes may read together, each use counted. Bounds time
-/// and memory for files in which a few bytes stand for much, as shared or sparse accessors can.
+/// Most vertices and indices that a file's meshes may read, each use counted. That a file may not
+/// read many times what its buffers hold bounds time and memory for those in which a few bytes
+/// stand for much, as shared and sparse accessors can.
 const MAX_ELEMENTS: u64 = 1 << 29;
+/// The same for each byte of its buffers, and without any.
+const ELEMENTS_OF_BYTES: (u64, u64) = (8, 1 << 22);
 
 /// Components of attributes, KHR_mesh_quantization included.
 pub const NUMBERS: &[ComponentType] = &[
@@ -53,13 +56,16 @@ pub struct Elements<'a> {
 impl<'a> Accessors<'a> {
     /// Accessors of a file whose buffers are `buffers`.
     pub fn new(root: &'a Root, buffers: &'a [Cow<'a, [u8]>]) -> Self {
-        Self { root, buffers, left: Cell::new(MAX_ELEMENTS) }
+        let bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
+        let (each, least) = ELEMENTS_OF_BYTES;
+        Self { root, buffers, left: Cell::new(MAX_ELEMENTS.min(each * bytes + least)) }
     }
 
     /// Takes `count` elements off what may still be read.
     pub fn charge(&self, count: usize) -> Parsed<()> {
         let left = self.left.get().checked_sub(count as u64).ok_or_else(|| {
-            format!("the file's meshes read more than {MAX_ELEMENTS} vertices and indices")
+            "the file's meshes have more vertices and indices than klieg reads of its size"
+                .to_owned()
         })?;
         self.left.set(left);
         Ok(())

@@ -1,6 +1,6 @@
 //! glTF's JSON: version, extensions and references.
 
-use super::{Parsed, quoted};
+use super::{Parsed, quoted, warn};
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Error, Validate};
@@ -69,7 +69,7 @@ fn check_extensions(value: &Value, warnings: &mut Vec<String>) -> Parsed<()> {
         return Err(format!("requires what klieg does not support: {names}"));
     }
     for name in names("extensionsUsed") {
-        warnings.push(format!("extension {} is not supported and is left out", quoted(name)));
+        warn(warnings, format!("extension {} is not supported and is left out", quoted(name)));
     }
     Ok(())
 }

@@ -14,6 +14,9 @@ use std::collections::HashMap;
 /// Stands for glTF's default material until the number of the others is known.
 pub const DEFAULT: u32 = u32::MAX;
 
+/// Most textures in a scene.
+const MAX_TEXTURES: usize = 1 << 14;
+
 /// The materials that meshes use, collected as they come.
 pub struct Materials<'a> {
     document: &'a Document,
@@ -166,6 +169,9 @@ impl<'a> Materials<'a> {
         };
         let key = Key { image, srgb, wrap };
         let known = self.textures.iter().position(|other| *other == key);
+        if known.is_none() && self.textures.len() == MAX_TEXTURES {
+            return Err(format!("the scene uses more than {MAX_TEXTURES} textures"));
+        }
         let texture = known.unwrap_or_else(|| {
             self.textures.push(key);
             self.textures.len() - 1

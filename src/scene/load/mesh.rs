@@ -5,15 +5,12 @@ use super::accessor::{Accessors, Elements, INDICES, NUMBERS, Wanted};
 use super::pose::{Deformer, Pose};
 use super::tangents;
 use crate::scene::{Mesh, Vertex};
-use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-
-/// Most vertices that a scene may store.
-pub const MAX_VERTICES: usize = 1 << 27;
+use rayon::prelude::*;
 
 /// Whether a primitive has triangles.
 pub fn has_triangles(primitive: &Primitive) -> Parsed<bool> {
@@ -42,24 +39,16 @@ pub fn build(
     let corners = triangles(accessors, primitive, source.positions.count())?;
     // Without normals every triangle is flat, and so has its own vertices.
     let (from, indices) = match source.normals {
-        Some(_) => weld(accessors, corners, source.positions.count())?,
+        Some(_) => weld(corners, source.positions.count()),
         None => {
             let count = corners.len() as u32;
             (corners, (0..count).collect())
         }
     };
-    if from.len() > MAX_VERTICES {
-        return Err(format!(
-            "has {} vertices, more than klieg stores ({MAX_VERTICES})",
-            from.len()
-        ));
-    }
     let deformer =
         Deformer::open(accessors, primitive, pose, source.positions.count(), from.len())?;
-    let mut vertices = Vec::with_capacity(from.len());
-    for &at in &from {
-        vertices.push(source.vertex(at as usize, &deformer)?);
-    }
+    let vertices = from.par_iter().map(|&at| source.vertex(at as usize, &deformer));
+    let vertices = vertices.collect::<Parsed<_>>()?;
     let mut mesh = Mesh { vertices, indices, ..Mesh::default() };
     repair_normals(&mut mesh);
     match normal_uv {
@@ -153,7 +142,6 @@ impl<'a> Source<'a> {
             tangent: tangent.extend(if sign < 0.0 { -1.0 } else { 1.0 }).to_array(),
             uv,
             color,
-            ..Vertex::zeroed()
         })
     }
 }
@@ -186,6 +174,9 @@ fn triangles(accessors: &Accessors, primitive: &Primitive, count: usize) -> Pars
         ));
     }
     let mode = if let Checked::Valid(mode) = primitive.mode { mode } else { Mode::Triangles };
+    if mode != Mode::Triangles {
+        accessors.charge(list.len().saturating_mul(3))?;
+    }
     // glTF 2.0, 3.7.2.1; triangles that repeat an index only stitch strips together.
     let corners: Vec<u32> = match mode {
         Mode::TriangleStrip => {
@@ -203,7 +194,6 @@ fn triangles(accessors: &Accessors, primitive: &Primitive, count: usize) -> Pars
             list
         }
     };
-    accessors.charge(corners.len())?;
     Ok(corners)
 }
 
@@ -212,12 +202,17 @@ fn distinct(t: &[u32; 3]) -> bool {
 }
 
 /// The vertices that are used, in the file's order, and `corners` renumbered to them.
-fn weld(
-    accessors: &Accessors,
-    mut corners: Vec<u32>,
-    count: usize,
-) -> Parsed<(Vec<u32>, Vec<u32>)> {
-    accessors.charge(count)?;
+fn weld(mut corners: Vec<u32>, count: usize) -> (Vec<u32>, Vec<u32>) {
+    // Primitives may share one large buffer of which each uses a part: no table of all of it.
+    if count / 8 > corners.len() {
+        let mut from = corners.clone();
+        from.sort_unstable();
+        from.dedup();
+        for corner in &mut corners {
+            *corner = from.partition_point(|at| at < corner) as u32;
+        }
+        return (from, corners);
+    }
     let mut number = vec![0u32; count];
     for &corner in &corners {
         number[corner as usize] = 1;
@@ -232,7 +227,7 @@ fn weld(
     for corner in &mut corners {
         *corner = number[*corner as usize];
     }
-    Ok((from, corners))
+    (from, corners)
 }
 
 /// Gives vertices without a normal that of their triangles, weighted by area.

@@ -30,13 +30,16 @@ use serde_json::Value;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// What reading a part of a file gives; the fault is put behind the file's name in [`load`].
 type Parsed<T> = std::result::Result<T, String>;
 
 /// Most drawings of meshes in a scene.
 const MAX_INSTANCES: usize = 1 << 22;
+
+/// Most warnings that are listed.
+const MAX_WARNINGS: usize = 100;
 
 /// Loads the default scene of a glTF file.
 ///
@@ -112,9 +115,8 @@ struct Loader<'a> {
     nodes: &'a Nodes,
     materials: Materials<'a>,
     /// For each variant its meshes, and whether they stand in the world already.
-    known: HashMap<Variant, Rc<[(u32, bool)]>>,
-    joints: HashMap<usize, Rc<[DMat4]>>,
-    vertices: usize,
+    known: HashMap<Variant, Arc<[(u32, bool)]>>,
+    joints: HashMap<usize, Arc<[DMat4]>>,
     polygons: u32,
     without_triangles: usize,
     scene: Scene,
@@ -134,7 +136,6 @@ impl<'a> Loader<'a> {
             materials: Materials::new(document),
             known: HashMap::new(),
             joints: HashMap::new(),
-            vertices: 0,
             polygons: 0,
             without_triangles: 0,
             scene,
@@ -196,7 +197,7 @@ impl<'a> Loader<'a> {
     }
 
     /// The meshes of a node's primitives, built unless another node has them already.
-    fn meshes(&mut self, node: usize, mesh: usize) -> Parsed<Rc<[(u32, bool)]>> {
+    fn meshes(&mut self, node: usize, mesh: usize) -> Parsed<Arc<[(u32, bool)]>> {
         let root = &self.document.root;
         let (json, json_mesh) = (&root.nodes[node], &root.meshes[mesh]);
         let weights = json.weights.as_ref().or(json_mesh.weights.as_ref());
@@ -230,7 +231,7 @@ impl<'a> Loader<'a> {
             let fault = |fault| format!("{title}, primitive {index}: {fault}");
             meshes.extend(self.primitive(mesh, index, &pose).map_err(fault)?);
         }
-        let meshes: Rc<[_]> = meshes.into();
+        let meshes: Arc<[_]> = meshes.into();
         self.known.insert(variant, meshes.clone());
         Ok(meshes)
     }
@@ -251,10 +252,6 @@ impl<'a> Loader<'a> {
         let (mut mesh, in_world) = mesh::build(self.accessors, primitive, pose, normal_uv)?;
         if mesh.indices.is_empty() {
             return Ok(None);
-        }
-        self.vertices += mesh.vertices.len();
-        if self.vertices > mesh::MAX_VERTICES {
-            return Err(format!("the scene stores more than {} vertices", mesh::MAX_VERTICES));
         }
         mesh.name = label(json_mesh.name.as_deref());
         mesh.material = material;
@@ -291,10 +288,12 @@ fn klieg(extras: Option<&RawValue>) -> Option<Value> {
     extras.get_mut("klieg").filter(|value| value.is_object()).map(Value::take)
 }
 
-/// Adds a warning unless it has been given.
+/// Adds a warning unless it, or more than anyone reads, has been given.
 fn warn(warnings: &mut Vec<String>, warning: String) {
-    if !warnings.contains(&warning) {
-        warnings.push(warning);
+    match warnings.len() {
+        0..MAX_WARNINGS if !warnings.contains(&warning) => warnings.push(warning),
+        MAX_WARNINGS => warnings.push("further warnings are left out".into()),
+        _ => {}
     }
 }
 

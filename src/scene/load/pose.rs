@@ -8,7 +8,7 @@ use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::skin::Skin;
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// How a node poses its mesh.
 #[derive(Default, Clone)]
@@ -16,7 +16,7 @@ pub struct Pose {
     /// Weights of the morph targets.
     pub weights: Vec<f32>,
     /// World from bind space for each joint, where the node has a skin.
-    pub joints: Option<Rc<[DMat4]>>,
+    pub joints: Option<Arc<[DMat4]>>,
 }
 
 /// World from bind space for each joint of a skin.
@@ -25,7 +25,7 @@ pub fn joints(
     accessors: &Accessors,
     skin: Index<Skin>,
     world: &[DMat4],
-) -> Parsed<Rc<[DMat4]>> {
+) -> Parsed<Arc<[DMat4]>> {
     let skin = root.get(skin).ok_or("its skin is not there")?;
     let wanted =
         Wanted { types: &[Type::Mat4], components: &[ComponentType::F32], normalized: false };
@@ -47,7 +47,7 @@ pub fn joints(
 /// A primitive's morph targets and joints, ready to move its vertices.
 pub struct Deformer<'a> {
     targets: Vec<Target<'a>>,
-    joints: Option<Rc<[DMat4]>>,
+    joints: Option<Arc<[DMat4]>>,
     influences: Vec<(Elements<'a>, Elements<'a>)>,
 }
 
