@@ -47,7 +47,7 @@ fn both_evaluators_agree_on_200_rigs_in_every_scene() {
         let mut gpu = GpuEvaluator::new(&context, &scene, &view, objective, shading).unwrap();
         let maps = gpu.maps().unwrap().clone();
         let mut native = CpuEvaluator::new(maps.clone(), &view, objective, shading);
-        let mut twin = |rig: &[Light]| {
+        let twin = |rig: &[Light]| {
             let records: Vec<_> = rig.iter().map(Light::record).collect();
             cpu::fitness::fitness(&maps, &view, &objective, &shading, &records)
         };
@@ -122,7 +122,7 @@ fn a_design_on_the_device_repeats_itself_and_is_what_the_cpu_would_say() {
     let context = context();
     let (scene, view) = open("pair", 96);
     let (objective, shading) = (Objective::default(), Shading::default());
-    let mut run = || {
+    let run = || {
         let mut gpu = GpuEvaluator::new(&context, &scene, &view, objective, shading).unwrap();
         let outcome = design(&scene, &view, &mut gpu, 25);
         let maps = gpu.maps().unwrap().clone();
