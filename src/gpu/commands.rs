@@ -119,9 +119,6 @@ pub const COMPUTE_WRITE: Scope =
 /// Compute shaders read.
 pub const COMPUTE_READ: Scope =
     (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Fragment shaders read.
-pub const FRAGMENT_READ: Scope =
-    (vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 /// Fragments are written as colours.
 pub const COLOR_WRITE: Scope =
     (vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
