@@ -5,6 +5,7 @@ use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Error, Validate};
 use gltf::json::{Path, Root};
+use serde::Deserialize;
 use serde_json::Value;
 use std::collections::HashMap;
 
@@ -21,8 +22,20 @@ const SUPPORTED: [&str; 5] = [
 pub struct Document {
     /// The file's content.
     pub root: Root,
+    /// Each node's place in its parent, in double precision, which [`Root`] rounds: a scene may stand
+    /// far from the origin.
+    pub places: Vec<Place>,
     /// KHR_texture_transform of each material's normal texture, which [`Root`] leaves out.
     pub normal_transforms: HashMap<usize, TextureTransform>,
+}
+
+/// A node's transform as the file has it.
+#[derive(Default, Deserialize)]
+pub struct Place {
+    pub matrix: Option<[f64; 16]>,
+    pub translation: Option<[f64; 3]>,
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
 }
 
 /// Parses the JSON; optional extensions that are not supported go to `warnings`.
@@ -39,18 +52,22 @@ pub fn parse(json: &[u8], warnings: &mut Vec<String>) -> Parsed<Document> {
         }
     }
     let normal_transforms = normal_transforms(&value)?;
-    let root: Root =
-        serde_json::from_value(value).map_err(|error| format!("is not valid glTF: {error}"))?;
+    let invalid = |error| format!("is not valid glTF: {error}");
+    let nodes = value["nodes"].as_array().into_iter().flatten();
+    let places = nodes.map(Place::deserialize).collect::<Result<_, _>>().map_err(invalid)?;
+    let root: Root = serde_json::from_value(value).map_err(invalid)?;
     check_references(&root)?;
-    Ok(Document { root, normal_transforms })
+    Ok(Document { root, places, normal_transforms })
 }
 
 fn check_version(value: &Value) -> Parsed<()> {
     let asset = &value["asset"];
     let version = asset["version"].as_str().ok_or("is not glTF: it has no asset version")?;
-    let required = asset["minVersion"].as_str().unwrap_or("2.0");
-    if version.split('.').next() != Some("2") || required != "2.0" {
+    if version.split('.').next() != Some("2") {
         return Err(format!("is glTF version {}; klieg reads 2.0", quoted(version)));
+    }
+    if let Some(least) = asset["minVersion"].as_str().filter(|&least| least != "2.0") {
+        return Err(format!("needs glTF version {}; klieg reads 2.0", quoted(least)));
     }
     Ok(())
 }

@@ -203,18 +203,23 @@ fn wrap(mode: Checked<WrappingMode>) -> Parsed<Wrap> {
     }
 }
 
+/// A hair below the file's number, so that rounding in interpolation punches no holes into what has
+/// just that alpha.
 fn alpha_cutoff(json: &Json, title: &str, warnings: &mut Vec<String>) -> Parsed<f32> {
     match json.alpha_mode {
         Checked::Valid(AlphaMode::Opaque) => Ok(0.0),
-        Checked::Valid(AlphaMode::Mask) => Ok(json.alpha_cutoff.unwrap_or_default().0),
+        Checked::Valid(AlphaMode::Mask) => Ok(json.alpha_cutoff.unwrap_or_default().0 - HAIR),
         Checked::Valid(AlphaMode::Blend) => {
             let fault = "is blended: drawn solid where its alpha is at least 0.5";
             warn(warnings, format!("{title} {fault}"));
-            Ok(0.5)
+            Ok(0.5 - HAIR)
         }
         Checked::Invalid => Err("its alpha mode is none of glTF's".into()),
     }
 }
+
+/// More than the rounding of an interpolated alpha, less than a step of 8 bits.
+const HAIR: f32 = 1e-4;
 
 /// Numbers must be finite; factors are brought into their ranges.
 fn check(mut material: Material) -> Parsed<Material> {

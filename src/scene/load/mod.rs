@@ -64,7 +64,7 @@ fn parse(path: &Path, data: &[u8]) -> Parsed<Scene> {
     let document = document::parse(json, &mut warnings)?;
     let mut resources = Resources::new(path, data.len());
     let buffers = buffers(&document.root, bin, &mut resources)?;
-    let nodes = nodes::place(&document.root)?;
+    let nodes = nodes::place(&document)?;
     let accessors = Accessors::new(&document.root, &buffers);
     let scene = Scene { warnings, ..Scene::default() };
     let mut loader = Loader::new(&document, &accessors, &nodes, scene);

@@ -1,7 +1,8 @@
 //! The node hierarchy (glTF 2.0, 3.5), walked without recursion.
 
+use super::document::{Document, Place};
 use super::{Parsed, node_label};
-use glam::{DMat4, DQuat, DVec3, DVec4, Mat4, Quat, Vec3};
+use glam::{DMat4, DQuat, DVec3, DVec4};
 use gltf::json::Root;
 use gltf::json::scene::Node;
 
@@ -14,7 +15,8 @@ pub struct Nodes {
 }
 
 /// Places the file's nodes and selects those of its default scene: else of its first one, else all.
-pub fn place(root: &Root) -> Parsed<Nodes> {
+pub fn place(document: &Document) -> Parsed<Nodes> {
+    let root = &document.root;
     let count = root.nodes.len();
     let mut has_parent = vec![false; count];
     for (parent, node) in root.nodes.iter().enumerate() {
@@ -33,7 +35,7 @@ pub fn place(root: &Root) -> Parsed<Nodes> {
     let mut world = vec![DMat4::IDENTITY; count];
     let mut placed = vec![false; count];
     for node in walk(root, &roots) {
-        world[node] *= local(&root.nodes[node])
+        world[node] *= local(&document.places[node])
             .map_err(|fault| format!("{}: {fault}", node_label(root, node)))?;
         if !world[node].is_finite() {
             return Err(format!("{} has no finite place in the world", node_label(root, node)));
@@ -79,9 +81,9 @@ fn walk(root: &Root, tops: &[usize]) -> Vec<usize> {
 }
 
 /// Parent from node space.
-fn local(node: &Node) -> Parsed<DMat4> {
-    if let Some(matrix) = &node.matrix {
-        let mut matrix = Mat4::from_cols_array(matrix).as_dmat4();
+fn local(place: &Place) -> Parsed<DMat4> {
+    if let Some(matrix) = &place.matrix {
+        let mut matrix = DMat4::from_cols_array(matrix);
         let last = matrix.row(3);
         if !last.abs_diff_eq(DVec4::W, 1e-3) {
             return Err("its matrix has a last row other than 0 0 0 1".into());
@@ -91,16 +93,13 @@ fn local(node: &Node) -> Parsed<DMat4> {
         }
         return Ok(matrix);
     }
-    let rotation = node.rotation.unwrap_or_default().0;
-    let rotation: DQuat = Quat::from_array(rotation).as_dquat();
+    let rotation = place.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
     if !(rotation.is_finite() && rotation.length() > 1e-6) {
         return Err("its rotation is no unit quaternion".into());
     }
-    let vector =
-        |value: Option<[f32; 3]>, default| value.map_or(default, |v| Vec3::from(v).as_dvec3());
     Ok(DMat4::from_scale_rotation_translation(
-        vector(node.scale, DVec3::ONE),
+        place.scale.map_or(DVec3::ONE, DVec3::from),
         rotation.normalize(),
-        vector(node.translation, DVec3::ZERO),
+        place.translation.map_or(DVec3::ZERO, DVec3::from),
     ))
 }
