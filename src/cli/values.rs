@@ -2,12 +2,10 @@
 
 use crate::lighting::{Light, LightKind, MAX_LIGHTS, Role};
 use crate::objective::Terms;
+use crate::scene::view::MAX_SIDE;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
 use std::str::FromStr;
-
-/// Largest width or height of a picture.
-pub const MAX_SIDE: u32 = 16384;
 
 /// Picture size, `WxH` pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

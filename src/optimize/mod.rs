@@ -9,7 +9,7 @@ use crate::lighting::genome::Genome;
 use crate::lighting::{Population, Rig};
 use std::ops::ControlFlow;
 
-pub use genetic::{Genetic, GeneticSettings};
+pub use genetic::{Genetic, GeneticSettings, MAX_POPULATION};
 
 /// A search for the chromosome with the lowest score.
 pub trait Optimizer {

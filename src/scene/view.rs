@@ -4,6 +4,11 @@ use super::Scene;
 use crate::{Error, Result};
 use glam::{DMat4, DVec3, Mat4, Vec3};
 
+/// Most pixels of a picture's side.
+pub const MAX_SIDE: u32 = 1 << 14;
+/// Most pixels of a picture: 8192 x 8192. Maps take about 200 bytes a pixel.
+pub const MAX_PIXELS: u64 = 1 << 26;
+
 /// A camera in the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
@@ -110,11 +115,10 @@ impl View {
     /// The view of `scene` through `camera`.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a picture without pixels, [`Error::Input`] for a scene without extent.
+    /// [`Error::Argument`] for a picture without pixels or with more than [`MAX_SIDE`] a side or
+    /// [`MAX_PIXELS`] in all, [`Error::Input`] for a scene without extent.
     pub fn new(scene: &Scene, camera: Camera, width: u32, height: u32) -> Result<Self> {
-        if width == 0 || height == 0 {
-            return Err(Error::Argument(format!("picture size {width}x{height} has no pixels")));
-        }
+        check_size(width, height)?;
         let (center, radius) = bounds(scene)?;
         let (right, up, back) = (camera.right, camera.up, camera.back);
         let frame = Frame { center, radius, right, up, back };
@@ -145,6 +149,19 @@ impl View {
     pub fn frame_from_mesh(&self, world: &DMat4) -> DMat4 {
         self.frame.from_world() * *world
     }
+}
+
+fn check_size(width: u32, height: u32) -> Result<()> {
+    let fault = if width == 0 || height == 0 {
+        "has no pixels".to_owned()
+    } else if width.max(height) > MAX_SIDE {
+        format!("has more than {MAX_SIDE} pixels a side")
+    } else if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        format!("has more than {MAX_PIXELS} pixels")
+    } else {
+        return Ok(());
+    };
+    Err(Error::Argument(format!("picture size {width}x{height} {fault}")))
 }
 
 /// Centre of the bounding box of everything drawn and the largest distance of a vertex from it.
