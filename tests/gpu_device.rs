@@ -62,6 +62,8 @@ fn a_machine_without_vulkan_gets_a_reason() {
         let output = std::process::Command::new(std::env::current_exe().expect("this test"))
             .args(["--exact", "a_machine_without_vulkan_gets_a_reason", "--nocapture"])
             .env(COPY, "1")
+            // It would take the place of VK_ICD_FILENAMES.
+            .env_remove("VK_DRIVER_FILES")
             .env(variable, value)
             .output()
             .expect("the test's own program");

@@ -50,8 +50,6 @@ struct Agreement {
     same_code: f64,
     /// Shares of those within the tolerance: length, normal, material.
     close: [f64; 3],
-    /// The largest differences there.
-    worst: [f32; 3],
     /// What the shares must be.
     needed: f64,
 }
@@ -79,11 +77,10 @@ impl Agreement {
         let texel = TEXEL + snapped;
         let normal_mapped = scene.materials.iter().any(|m| m.normal_texture.is_some());
         let tolerances = [snapped, if normal_mapped { texel } else { snapped }, texel];
-        let (mut close, mut worst) = ([0; 3], [0f32; 3]);
+        let mut close = [0; 3];
         for differences in same.iter().map(|&i| differences(i)) {
             for k in 0..3 {
                 close[k] += usize::from(differences[k] <= tolerances[k]);
-                worst[k] = worst[k].max(differences[k]);
             }
         }
         let share = |part: usize, whole: usize| part as f64 / whole.max(1) as f64;
@@ -91,7 +88,6 @@ impl Agreement {
             object_pixels: pixels.len(),
             same_code: share(same.len(), pixels.len()),
             close: close.map(|close| share(close, same.len())),
-            worst,
             needed: if scene.textures.is_empty() { CLOSE } else { CLOSE_TEXTURED },
         }
     }

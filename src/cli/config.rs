@@ -7,8 +7,9 @@ use crate::lighting::genome::Boxes;
 use crate::lighting::shading::Shading;
 use crate::lighting::start::StartSettings;
 use crate::objective::Objective;
-use crate::optimize::GeneticSettings;
+use crate::optimize::{DescentSettings, GeneticSettings};
 use crate::{Error, Result};
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -30,8 +31,51 @@ pub struct Settings {
     pub shading: Shading,
     /// The first population.
     pub start: StartSettings,
+    /// How the lights are searched.
+    pub optimizer: Method,
     /// The genetic algorithm.
     pub search: GeneticSettings,
+    /// The greedy descent.
+    pub greedy: GreedySettings,
+}
+
+/// How the lights are searched.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// The genetic algorithm of Ha and Olivier
+    #[default]
+    Ga,
+    /// The steepest descent of Shacked and Lischinski
+    Greedy,
+}
+
+/// The greedy descent and its starts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GreedySettings {
+    /// Descents side by side: the first from the k-means start, the others from random rigs.
+    pub starts: usize,
+    /// Distance of the probes of a central difference, as a share of each allele's range.
+    pub probe: f32,
+    /// Length of the first step, as such a share.
+    pub step: f32,
+    /// Length of a step below which a descent has ended.
+    pub end: f32,
+}
+
+impl Default for GreedySettings {
+    fn default() -> Self {
+        let DescentSettings { probe, step, end } = DescentSettings::default();
+        Self { starts: 1, probe, step, end }
+    }
+}
+
+impl GreedySettings {
+    /// The descent's own part.
+    pub fn descent(&self) -> DescentSettings {
+        DescentSettings { probe: self.probe, step: self.step, end: self.end }
+    }
 }
 
 /// Picture and camera. Angles in degrees; where any of the four of the framing is given, it takes the
@@ -113,6 +157,10 @@ impl Settings {
         within("shading.max_shininess", max_shininess, 1.0, f32::MAX)?;
         within("start.scattered", self.start.scattered, 0.0, 1.0)?;
         within("start.spread", self.start.spread, 0.0, 1.0)?;
+        if self.greedy.starts == 0 {
+            return Err(Error::Argument("greedy.starts must be 1 or more".into()));
+        }
+        self.greedy.descent().check()?;
         self.search.check()
     }
 }

@@ -1,14 +1,14 @@
 //! `klieg design`: the search, and all that it leaves behind.
 
-use super::config::Settings;
+use super::config::{Method, Settings};
 use super::options::{Kind, SceneOptions, TargetOptions};
 use super::print;
 use super::session::{Session, milliseconds};
 use super::values::Lights;
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
-use crate::lighting::start;
-use crate::optimize::{self, Genetic, GeneticSettings, Outcome, Progress};
+use crate::lighting::start::{self, StartSettings};
+use crate::optimize::{self, Descent, Genetic, Optimizer, Outcome, Progress};
 use crate::report::html::Sheet;
 use crate::report::json::{self, Design};
 use crate::report::{Staging, csv, picture, svg};
@@ -56,6 +56,9 @@ pub(super) struct Options {
     /// Generations, 1 or more [default: 100]
     #[arg(long, value_name = "N")]
     generations: Option<usize>,
+    /// How the lights are searched [default: ga]
+    #[arg(long)]
+    optimizer: Option<Method>,
     /// Seed of every random choice [default: 0]
     #[arg(long)]
     seed: Option<u64>,
@@ -72,6 +75,7 @@ impl Options {
         let search = &mut settings.search;
         search.population = self.population.unwrap_or(search.population);
         search.generations = self.generations.unwrap_or(search.generations);
+        settings.optimizer = self.optimizer.unwrap_or(settings.optimizer);
         settings.seed = self.seed.unwrap_or(settings.seed);
         Ok(settings)
     }
@@ -106,25 +110,33 @@ pub(super) fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The genetic algorithm from the k-means start.
-fn search_lights(session: &mut Session, genome: &Genome, quiet: bool) -> Result<Outcome> {
-    let settings = session.settings.search;
-    let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
+/// The search that the settings ask for, from the k-means start.
+fn search(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer>> {
+    let Settings { seed, optimizer, start: spread, search, greedy, .. } = session.settings.clone();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let maps = session.evaluator.maps()?;
     let normals = start::visible_normals(&session.scene, &session.view, maps);
     let clustering = start::cluster(&normals, genome.lights(), &mut rng);
     let first = start::from_clusters(genome, &clustering.clusters);
-    let population = start::population(
-        genome.bounds(),
-        first,
-        settings.population,
-        &session.settings.start,
-        &mut rng,
-    );
-    let mut search = Genetic::new(genome.bounds(), population, settings, rng)?;
+    let bounds = genome.bounds();
+    Ok(match optimizer {
+        Method::Ga => {
+            let population = start::population(bounds, first, search.population, &spread, &mut rng);
+            Box::new(Genetic::new(bounds, population, search, rng)?)
+        }
+        Method::Greedy => {
+            let uniform = StartSettings { scattered: 0.0, ..spread };
+            let starts = start::population(bounds, first, greedy.starts, &uniform, &mut rng);
+            Box::new(Descent::new(bounds, &starts, greedy.descent())?)
+        }
+    })
+}
 
+/// Runs the search under the user's eyes.
+fn search_lights(session: &mut Session, genome: &Genome, quiet: bool) -> Result<Outcome> {
+    let mut search = search(session, genome)?;
     let interrupted = on_interrupt()?;
-    let bar = progress_bar(&settings, quiet);
+    let bar = progress_bar(&session.settings, quiet);
     let begin = Instant::now();
     let mut observe = |progress: &Progress| {
         let rate = progress.evaluations as f64 / begin.elapsed().as_secs_f64();
@@ -136,7 +148,7 @@ fn search_lights(session: &mut Session, genome: &Genome, quiet: bool) -> Result<
             ControlFlow::Continue(())
         }
     };
-    let outcome = optimize::run(&mut search, genome, &mut *session.evaluator, &mut observe)?;
+    let outcome = optimize::run(&mut *search, genome, &mut *session.evaluator, &mut observe)?;
     bar.finish_and_clear();
     Ok(outcome)
 }
@@ -154,16 +166,37 @@ fn on_interrupt() -> Result<Arc<AtomicBool>> {
     Ok(interrupted)
 }
 
-fn progress_bar(settings: &GeneticSettings, quiet: bool) -> ProgressBar {
+fn progress_bar(settings: &Settings, quiet: bool) -> ProgressBar {
     if quiet || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let bar = ProgressBar::new(settings.generations as u64);
-    let template = "{bar:32} {pos}/{len} generations, {msg}, {eta} left";
+    let (bar, template) = match settings.optimizer {
+        Method::Ga => (
+            ProgressBar::new(settings.search.generations as u64),
+            "{bar:32} {pos}/{len} generations, {msg}, {eta} left",
+        ),
+        // A descent ends where the ground is level: nobody knows when.
+        Method::Greedy => (ProgressBar::no_length(), "{spinner} {pos} generations, {msg}"),
+    };
     bar.with_style(ProgressStyle::with_template(template).unwrap_or_else(|_| {
         // The template above is well-formed; another style is no reason to end a search.
         ProgressStyle::default_bar()
     }))
+}
+
+/// The search's settings in words.
+fn in_words(settings: &Settings) -> String {
+    let Settings { seed, search, greedy, .. } = settings;
+    match settings.optimizer {
+        Method::Ga => format!(
+            "seed {seed}, population {}, elitism {:.0} %, crossover {:.0} %, mutation {:.0} %",
+            search.population,
+            100.0 * search.elitism,
+            100.0 * search.crossover,
+            100.0 * search.mutation,
+        ),
+        Method::Greedy => format!("seed {seed}, greedy descents from {} starts", greedy.starts),
+    }
 }
 
 /// Writes everything but `result.json`, whose content it gives.
@@ -172,14 +205,8 @@ fn write(session: &mut Session, outcome: &Outcome, staging: &mut Staging) -> Res
     let headlight = session.evaluator.inspect(&headlight_rig)?;
     let best = session.evaluator.inspect(&outcome.rig)?;
     let header = session.header(Design::SCHEMA);
-    let Settings { seed, objective, search, .. } = &session.settings;
-    let settings = format!(
-        "seed {seed}, population {}, elitism {:.0} %, crossover {:.0} %, mutation {:.0} %",
-        search.population,
-        100.0 * search.elitism,
-        100.0 * search.crossover,
-        100.0 * search.mutation,
-    );
+    let Settings { seed, objective, .. } = &session.settings;
+    let settings = in_words(&session.settings);
     let design =
         Design::new(header, (*seed, objective), (&best, &headlight), outcome, &session.view);
 

@@ -25,9 +25,9 @@ pub(super) const SIZE: Size = Size([512, 512]);
 /// An evaluator of either kind.
 pub(super) enum Engine {
     /// Native.
-    Cpu(CpuEvaluator),
+    Cpu(Box<CpuEvaluator>),
     /// On a Vulkan device.
-    Vulkan(GpuEvaluator),
+    Vulkan(Box<GpuEvaluator>),
 }
 
 impl Engine {
@@ -45,8 +45,8 @@ impl Deref for Engine {
 
     fn deref(&self) -> &Self::Target {
         match self {
-            Self::Cpu(evaluator) => evaluator,
-            Self::Vulkan(evaluator) => evaluator,
+            Self::Cpu(evaluator) => &**evaluator,
+            Self::Vulkan(evaluator) => &**evaluator,
         }
     }
 }
@@ -54,8 +54,8 @@ impl Deref for Engine {
 impl DerefMut for Engine {
     fn deref_mut(&mut self) -> &mut Self::Target {
         match self {
-            Self::Cpu(evaluator) => evaluator,
-            Self::Vulkan(evaluator) => evaluator,
+            Self::Cpu(evaluator) => &mut **evaluator,
+            Self::Vulkan(evaluator) => &mut **evaluator,
         }
     }
 }
@@ -188,10 +188,11 @@ pub(super) fn evaluator(
     Ok(match device::open(device)? {
         Opened::Cpu => {
             let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
-            Engine::Cpu(CpuEvaluator::new(maps, view, objective, shading))
+            Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)))
         }
         Opened::Vulkan(context) => {
-            Engine::Vulkan(GpuEvaluator::new(&context, scene, view, objective, shading)?)
+            let evaluator = GpuEvaluator::new(&context, scene, view, objective, shading)?;
+            Engine::Vulkan(Box::new(evaluator))
         }
     })
 }

@@ -30,7 +30,7 @@ impl Range {
 
     /// The middle.
     pub fn middle(&self) -> f32 {
-        self.low + 0.5 * self.width()
+        self.at(0.5)
     }
 
     /// Whether `x` is inside, ends included.
@@ -43,9 +43,19 @@ impl Range {
         x.clamp(self.low, self.high)
     }
 
+    /// How far along the range `x` is, 0..=1; 0 in a range without width.
+    pub fn share(&self, x: f32) -> f32 {
+        if self.width() > 0.0 { ((x - self.low) / self.width()).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// The value that is `share` (0..=1) along the range.
+    pub fn at(&self, share: f32) -> f32 {
+        self.nearest(self.low + share * self.width())
+    }
+
     /// A uniform value.
     pub fn uniform(&self, rng: &mut impl Rng) -> f32 {
-        self.nearest(self.low + rng.random::<f32>() * self.width())
+        self.at(rng.random())
     }
 
     /// `from`, which is inside, moved by a normal step with a standard deviation of `share` (0..=1)
@@ -259,7 +269,7 @@ mod tests {
         ) {
             let kind = if point { LightKind::Point } else { LightKind::Directional };
             let genome = Genome::new(&ROLES, kind, &Boxes::default()).unwrap();
-            let place = |(r, t): (&Range, &f32)| r.nearest(r.low + t * r.width());
+            let place = |(r, t): (&Range, &f32)| r.at(*t);
             let chromosome: Vec<f32> = genome.bounds().iter().zip(&shares).map(place).collect();
             prop_assert_eq!(genome.encode(&genome.decode(&chromosome)), chromosome);
         }

@@ -1,6 +1,7 @@
 //! The seam between searches and evaluators: a search asks for the scores of some chromosomes and is
 //! told them. Searches know the box of each allele and nothing of lights, scenes or devices.
 
+pub mod descent;
 pub mod genetic;
 
 use crate::Result;
@@ -9,6 +10,7 @@ use crate::lighting::genome::Genome;
 use crate::lighting::{Population, Rig};
 use std::ops::ControlFlow;
 
+pub use descent::{Descent, DescentSettings};
 pub use genetic::{Genetic, GeneticSettings, MAX_POPULATION};
 
 /// A search for the chromosome with the lowest score.

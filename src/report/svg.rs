@@ -47,7 +47,7 @@ fn draw<B: DrawingBackend>(
         .x_desc("generation")
         .y_desc("F, lower is better")
         .draw()?;
-    let lines: [(&str, RGBColor, u32, fn(&Progress) -> f32); 3] = [
+    let lines: [Line; 3] = [
         ("worst", WORST, 1, |p| p.worst),
         ("mean", MEAN, 2, |p| p.mean),
         ("best", BEST, 3, |p| p.best),
@@ -71,6 +71,9 @@ fn draw<B: DrawingBackend>(
         .draw()?;
     root.present()
 }
+
+/// A line of the plot: name, colour, width in pixels, and its value in a generation.
+type Line = (&'static str, RGBColor, u32, fn(&Progress) -> f32);
 
 /// The plotted scores with a little room around them.
 fn span(history: &[Progress]) -> std::ops::Range<f32> {
