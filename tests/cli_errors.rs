@@ -51,6 +51,7 @@ fn wrong_options_are_refused() {
         ("--weights", "nan,1,1,1,1", "--weights"),
         ("--weights", "-1,1,1,1,1", "--weights"),
         ("--weights", "0,0,0,0,0", "weights"),
+        ("--weights", "3e38,3e38,0,0,0", "weights"),
         ("--fov", "180", "fov"),
         ("--fov", "nan", "fov"),
         ("--azimuth", "inf", "azimuth"),
