@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::{Error, Result};
-use glam::{DMat4, DVec3, Mat4, Vec3};
+use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 
 /// Most pixels of a picture's side.
 pub const MAX_SIDE: u32 = 1 << 14;
@@ -148,6 +148,21 @@ impl View {
     /// Light frame from an instance's mesh space, computed in double precision.
     pub fn frame_from_mesh(&self, world: &DMat4) -> DMat4 {
         self.frame.from_world() * *world
+    }
+
+    /// What turns normals of an instance's mesh into the light frame, and whether the instance
+    /// mirrors, so that fronts are wound the other way. It is a positive multiple of the inverse
+    /// transpose with a longest column of unit length, made of the cofactors, which flat transforms
+    /// have too.
+    pub fn normal_from_mesh(&self, world: &DMat4) -> (DMat3, bool) {
+        let linear = DMat3::from_mat4(self.frame_from_mesh(world));
+        let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+        let cofactors = [y.cross(z), z.cross(x), x.cross(y)];
+        let longest = cofactors.map(DVec3::length).into_iter().fold(f64::MIN_POSITIVE, f64::max);
+        let mirrored = linear.determinant() < 0.0;
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let [x, y, z] = cofactors.map(|column| column * (sign / longest));
+        (DMat3::from_cols(x, y, z), mirrored)
     }
 }
 
