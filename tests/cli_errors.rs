@@ -42,13 +42,16 @@ fn wrong_options_are_refused() {
         ("--lights", "0", "--lights"),
         ("--lights", "17", "--lights"),
         ("--lights", "back", "--lights"),
+        ("--size", "16384x16384", "16384x16384"),
         ("--population", "1", "population"),
+        ("--population", "1000000000", "population"),
         ("--generations", "0", "generations"),
         ("--generations", "-1", "'-1'"),
         ("--weights", "1,2", "--weights"),
         ("--weights", "nan,1,1,1,1", "--weights"),
         ("--weights", "-1,1,1,1,1", "--weights"),
         ("--weights", "0,0,0,0,0", "weights"),
+        ("--weights", "3e38,3e38,0,0,0", "weights"),
         ("--fov", "180", "fov"),
         ("--fov", "nan", "fov"),
         ("--azimuth", "inf", "azimuth"),
@@ -74,6 +77,7 @@ fn wrong_options_are_refused() {
     assert!(fails(&place, &["score", "ball.gltf"], 2).contains("ball.gltf"));
     fails(&place, &["bench", "ball.gltf", "--lights", "0"], 2);
     fails(&place, &["bench", "ball.gltf", "--population", "0"], 2);
+    fails(&place, &["bench", "ball.gltf", "--population", "1000000000"], 2);
     fails(&place, &["bench", "ball.gltf", "--runs", "0"], 2);
 }
 

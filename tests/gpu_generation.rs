@@ -196,6 +196,24 @@ fn a_generation_reads_four_bytes_an_individual_and_makes_nothing() {
 }
 
 #[test]
+fn more_individuals_than_the_buffers_hold_are_refused() {
+    let context = context();
+    let (maps, view) = (ball(4, 4), view(4, 4, false));
+    let mut evaluator = evaluator(&context, &maps, &view);
+    let rig = rigs(1, 1, 1, LightKind::Point).remove(0);
+    // 164 MiB of details; the least that a device's buffers must hold, and lavapipe's do, is 128 MiB.
+    let many = 1 << 20;
+    let mut population = Population::new(1).expect("one light");
+    (0..many).for_each(|_| population.push(&rig).expect("one light"));
+    match evaluator.evaluate(&population, &mut vec![0.0; many]) {
+        Err(error) => assert!(error.is_input() && error.to_string().contains("1048576"), "{error}"),
+        Ok(()) => assert_ne!(context.report().info.kind, "software"),
+    }
+    assert_eq!(evaluate(&mut evaluator, std::slice::from_ref(&rig)).len(), 1);
+    assert_valid(&context);
+}
+
+#[test]
 fn nothing_to_do_and_wrong_arguments() {
     let context = context();
     let (maps, wide) = (ball(20, 10), view(20, 10, false));

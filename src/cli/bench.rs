@@ -8,7 +8,8 @@ use super::{device, print};
 use crate::Error;
 use crate::evaluate::DeviceInfo;
 use crate::lighting::genome::{Genome, Range};
-use crate::lighting::{LightKind, MAX_LIGHTS, Population};
+use crate::lighting::{LightKind, Population, check_number};
+use crate::optimize::MAX_POPULATION;
 use crate::report::json;
 use crate::scene::Scene;
 use anyhow::Result;
@@ -136,12 +137,9 @@ fn devices(options: &Options) -> Vec<Device> {
 
 /// All pairs of a number of lights and a population.
 fn work(options: &Options) -> Result<Vec<Work>, Error> {
-    let lights = options.lights.iter().find(|n| !(1..=MAX_LIGHTS).contains(*n));
-    if let Some(n) = lights {
-        return Err(Error::Argument(format!("{n} lights: a rig has 1 to {MAX_LIGHTS} of them")));
-    }
-    if options.population.contains(&0) {
-        return Err(Error::Argument("a population of 0: 1 or more are needed".into()));
+    options.lights.iter().try_for_each(|&lights| check_number(lights))?;
+    if let Some(n) = options.population.iter().find(|n| !(1..=MAX_POPULATION).contains(*n)) {
+        return Err(Error::Argument(format!("a population of {n}: it is 1 to {MAX_POPULATION}")));
     }
     let pairs = options.lights.iter().flat_map(|&lights| {
         options.population.iter().map(move |&population| Work { lights, population })

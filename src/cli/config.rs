@@ -187,6 +187,8 @@ fn check_objective(objective: &Objective) -> Result<()> {
     if weights.iter().all(|&weight| weight == 0.0) {
         return Err(Error::Argument("all weights are 0: nothing to search for".into()));
     }
+    // Terms are at most 1, so that their sum is finite too.
+    within("the sum of the weights", weights.iter().sum(), 0.0, f32::MAX)?;
     within("objective.mean_target", objective.mean_target, 0.0, 1.0)?;
     within("objective.edge_contrast", objective.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
     within("objective.edge_sobel", objective.edge_sobel, 0.0, f32::MAX)?;
@@ -198,7 +200,7 @@ fn within(name: &str, value: f32, low: f32, high: f32) -> Result<()> {
         return Ok(());
     }
     let range = match (low, high) {
-        (0.0, f32::MAX) => "0 or more".into(),
+        (0.0, f32::MAX) => "finite, 0 or more".into(),
         (f32::MIN_POSITIVE, f32::MAX) => "more than 0".into(),
         (low, f32::MAX) => format!("{low} or more"),
         (low, high) => format!("{low} to {high}"),

@@ -5,9 +5,9 @@ use super::print;
 use super::session::{Session, warn};
 use super::values::LightArg;
 use crate::lighting::presets::Preset;
-use crate::lighting::{LightKind, MAX_LIGHTS, Rig, Role};
+use crate::lighting::{LightKind, Rig, Role, check_number};
 use crate::report::json::{self, LightRecord, Quality, Score};
-use crate::{Error, scene};
+use crate::scene;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 
@@ -53,10 +53,8 @@ impl From<PresetName> for Preset {
 }
 
 pub(super) fn run(options: &Options) -> Result<()> {
-    if options.lights.len() > MAX_LIGHTS {
-        let n = options.lights.len();
-        return Err(Error::Argument(format!("{n} lights: a rig has 1 to {MAX_LIGHTS}")).into());
-    }
+    // None is no fault: the scene's own lights or a preset are meant then.
+    check_number(options.lights.len().max(1))?;
     let mut settings = options.scene.settings()?;
     options.target.apply(&mut settings);
     let kind = options.kind.map_or(settings.lights.kind, Into::into);

@@ -1,13 +1,11 @@
 //! Values that the command line and configuration files write the same way.
 
-use crate::lighting::{Light, LightKind, MAX_LIGHTS, Role};
+use crate::lighting::{Light, LightKind, MAX_LIGHTS, Role, check_number};
 use crate::objective::Terms;
+use crate::scene::view::MAX_SIDE;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
 use std::str::FromStr;
-
-/// Largest width or height of a picture.
-pub const MAX_SIDE: u32 = 16384;
 
 /// Picture size, `WxH` pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -120,11 +118,8 @@ impl Lights {
     }
 
     fn of(roles: Vec<Role>, n: usize) -> Result<Self, String> {
-        if (1..=MAX_LIGHTS).contains(&n) {
-            Ok(Self(roles))
-        } else {
-            Err(format!("{n} lights: a rig has 1 to {MAX_LIGHTS} of them"))
-        }
+        check_number(n).map_err(|fault| fault.to_string())?;
+        Ok(Self(roles))
     }
 }
 

@@ -15,6 +15,9 @@ use crate::scene::view::View;
 use crate::{Error, Result};
 use rayon::prelude::*;
 
+/// Rigs that are evaluated together; it bounds the memory of the parts.
+const CHUNK_RIGS: usize = 1 << 10;
+
 /// Evaluates populations on all cores of the machine (rayon's current thread pool).
 #[derive(Debug)]
 pub struct CpuEvaluator {
@@ -22,7 +25,7 @@ pub struct CpuEvaluator {
     objective: Objective,
     pixels: Pixels,
     bands: Vec<Band>,
-    /// Of the last evaluation: all rigs' parts of the first band, then of the next.
+    /// Of the last chunk: all rigs' parts of the first band, then of the next.
     parts: Vec<Part>,
     device: DeviceInfo,
 }
@@ -76,6 +79,26 @@ impl CpuEvaluator {
         Part { sum, squares, edge, gradient: inner + outer, histogram }
     }
 
+    /// Scores the rigs of `lights` lights each in `records`.
+    fn evaluate_chunk(&mut self, records: &[LightRecord], lights: usize, scores: &mut [f32]) {
+        let rigs = scores.len();
+        let mut parts = std::mem::take(&mut self.parts);
+        parts.resize(rigs * self.bands.len(), Part::default());
+        parts.par_iter_mut().enumerate().for_each_init(
+            || self.scratch(),
+            |scratch, (task, part)| {
+                let (band, rig) = (task / rigs, task % rigs);
+                let rig = &records[rig * lights..(rig + 1) * lights];
+                *part = self.measure(&self.bands[band], rig, scratch);
+            },
+        );
+        for (rig, score) in scores.iter_mut().enumerate() {
+            let statistics = self.statistics(parts.iter().skip(rig).step_by(rigs));
+            *score = self.objective.score(&self.objective.terms(&statistics, &self.maps));
+        }
+        self.parts = parts;
+    }
+
     /// Puts an individual's parts together.
     fn statistics<'a>(&self, parts: impl Iterator<Item = &'a Part> + Clone) -> Statistics {
         let counts = self.maps.counts;
@@ -113,23 +136,11 @@ impl Evaluator for CpuEvaluator {
         if scores.len() != rigs {
             return Err(Error::Argument(format!("{} places for {rigs} scores", scores.len())));
         }
-        let mut parts = std::mem::take(&mut self.parts);
-        parts.resize(rigs * self.bands.len(), Part::default());
-        let records = population.records();
         let lights = population.lights();
-        parts.par_iter_mut().enumerate().for_each_init(
-            || self.scratch(),
-            |scratch, (task, part)| {
-                let (band, rig) = (task / rigs, task % rigs);
-                let rig = &records[rig * lights..(rig + 1) * lights];
-                *part = self.measure(&self.bands[band], rig, scratch);
-            },
-        );
-        for (rig, score) in scores.iter_mut().enumerate() {
-            let statistics = self.statistics(parts.iter().skip(rig).step_by(rigs));
-            *score = self.objective.score(&self.objective.terms(&statistics, &self.maps));
+        let chunks = population.records().chunks(CHUNK_RIGS * lights);
+        for (records, scores) in chunks.zip(scores.chunks_mut(CHUNK_RIGS)) {
+            self.evaluate_chunk(records, lights, scores);
         }
-        self.parts = parts;
         Ok(())
     }
 

@@ -106,7 +106,10 @@ impl Context {
             instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device.raw));
         // SAFETY: `physical` is a device of the living instance.
         let limits = unsafe { instance.raw.get_physical_device_properties(physical) }.limits;
-        let picture_memory = options.picture_memory.unwrap_or(report.memory / 2);
+        let picture_memory = options
+            .picture_memory
+            .unwrap_or(report.memory / 2)
+            .min(requirements::largest_allocation(&instance.raw, physical));
         Ok(Arc::new(Self {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue: Mutex::new(queue),
@@ -244,7 +247,9 @@ fn create_device(
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(queue_family)
         .queue_priorities(&[1.0])];
-    let features = vk::PhysicalDeviceFeatures::default().geometry_shader(true);
+    let features = vk::PhysicalDeviceFeatures::default()
+        .geometry_shader(true)
+        .full_draw_index_uint32(requirements::full_indices(instance, physical));
     let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default().shader_output_layer(true);
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)

@@ -88,7 +88,8 @@ impl GenerationMemory {
     /// Memory for `individuals` and `records` lights in all, put into the view's set.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [`Error::Argument`] when these or the picture are more than the device's buffers can hold,
+    /// and what the device reports.
     pub fn new(
         context: &Arc<Context>,
         view: &mut ViewMemory,
@@ -107,6 +108,12 @@ impl GenerationMemory {
         ];
         let lights = (records * size_of::<LightRecord>()) as u64;
         let details = u64::from(individuals) * size_of::<Detail>() as u64;
+        let largest = u64::from(context.limits().max_storage_buffer_range);
+        if lights.max(details) > largest {
+            return Err(Error::Argument(format!(
+                "{individuals} individuals are more than the device's buffers can hold"
+            )));
+        }
         let details_usage = storage | vk::BufferUsageFlags::TRANSFER_SRC;
         let scores = u64::from(individuals) * 4;
         let memory = Self {

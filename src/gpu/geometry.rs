@@ -9,35 +9,21 @@ use crate::scene::{Instance, Material, Scene, TextureRef, Vertex};
 use crate::{Error, Result};
 use ash::vk;
 use bytemuck::Zeroable;
-use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
 impl InstanceRecord {
     fn new(scene: &Scene, view: &View, instance: &Instance) -> Self {
         let frame_from_mesh = view.frame_from_mesh(&instance.world);
-        let linear = DMat3::from_mat4(frame_from_mesh);
-        let mirrored = linear.determinant() < 0.0;
-        let normal = normal_transform(linear, mirrored).as_mat3();
+        let (normal, mirrored) = view.normal_from_mesh(&instance.world);
         Self {
             frame_from_mesh: frame_from_mesh.as_mat4().to_cols_array_2d(),
-            normal_from_mesh: normal.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]),
+            normal_from_mesh: normal.as_mat3().to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]),
             first_polygon: instance.first_polygon,
             material: scene.meshes[instance.mesh as usize].material,
             mirrored: mirrored.into(),
             padding: 0,
         }
     }
-}
-
-/// A positive multiple of the inverse transpose, from the cofactors, which flat transforms have too;
-/// its longest column has unit length.
-fn normal_transform(linear: DMat3, mirrored: bool) -> DMat3 {
-    let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
-    let cofactors = [y.cross(z), z.cross(x), x.cross(y)];
-    let longest = cofactors.map(DVec3::length).into_iter().fold(f64::MIN_POSITIVE, f64::max);
-    let sign = if mirrored { -1.0 } else { 1.0 };
-    let [x, y, z] = cofactors.map(|column| column * (sign / longest));
-    DMat3::from_cols(x, y, z)
 }
 
 impl MaterialRecord {

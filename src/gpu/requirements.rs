@@ -19,9 +19,12 @@ const DRAWN_AND_READ: vk::FormatFeatureFlags = vk::FormatFeatureFlags::from_raw(
 
 /// The least value of each limit: its name, how to read it, and the value.
 type Limit = (&'static str, fn(&vk::PhysicalDeviceLimits) -> u64, u64);
-const LIMITS: [Limit; 8] = [
+const LIMITS: [Limit; 10] = [
     // The surface of the visibility draw.
     ("maxColorAttachments", |l| l.max_color_attachments.into(), 5),
+    ("maxFragmentOutputAttachments", |l| l.max_fragment_output_attachments.into(), 5),
+    // The same beside the instances and the materials.
+    ("maxFragmentCombinedOutputResources", |l| l.max_fragment_combined_output_resources.into(), 7),
     // 16 lights of 6 components as flat varyings, beside the position.
     ("maxVertexOutputComponents", |l| l.max_vertex_output_components.into(), 104),
     ("maxFragmentInputComponents", |l| l.max_fragment_input_components.into(), 96),
@@ -95,6 +98,22 @@ fn features(instance: &ash::Instance, device: vk::PhysicalDevice) -> (bool, bool
     unsafe { instance.get_physical_device_features2(device, &mut features) };
     let geometry_shader = features.features.geometry_shader == vk::TRUE;
     (geometry_shader, vulkan12.shader_output_layer == vk::TRUE)
+}
+
+/// Whether an index may have any 32-bit value.
+pub(super) fn full_indices(instance: &ash::Instance, device: vk::PhysicalDevice) -> bool {
+    // SAFETY: `device` is a physical device of `instance`.
+    let features = unsafe { instance.get_physical_device_features(device) };
+    features.full_draw_index_uint32 == vk::TRUE
+}
+
+/// Bytes of the largest single piece of memory that the device, of Vulkan 1.1 or later, can give.
+pub(super) fn largest_allocation(instance: &ash::Instance, device: vk::PhysicalDevice) -> u64 {
+    let mut limits = vk::PhysicalDeviceMaintenance3Properties::default();
+    let mut chain = vk::PhysicalDeviceProperties2::default().push_next(&mut limits);
+    // SAFETY: `device` is a physical device of `instance`; the chain outlives the call.
+    unsafe { instance.get_physical_device_properties2(device, &mut chain) };
+    limits.max_memory_allocation_size
 }
 
 /// The first queue family for both graphics and compute, and whether it has timestamps.

@@ -1,7 +1,7 @@
 //! Real-coded chromosomes of rigs: one allele for each value of each light (Ha and Olivier 2006,
 //! section 4), in the light's own units.
 
-use super::{Light, LightKind, MAX_LIGHTS, Rig, Role};
+use super::{Light, LightKind, Rig, Role, check_number};
 use crate::{Error, Result};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Normal};
@@ -165,12 +165,7 @@ impl Genome {
     /// [`Error::Argument`] for no or too many lights, or a box that is empty, not finite or has
     /// negative intensities or distances.
     pub fn new(roles: &[Role], kind: LightKind, boxes: &Boxes) -> Result<Self> {
-        if !(1..=MAX_LIGHTS).contains(&roles.len()) {
-            let n = roles.len();
-            return Err(Error::Argument(format!(
-                "{n} lights: a rig has 1 to {MAX_LIGHTS} of them"
-            )));
-        }
+        check_number(roles.len())?;
         let mut bounds = Vec::new();
         for &role in roles {
             let space = boxes.of(role);

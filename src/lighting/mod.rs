@@ -110,6 +110,16 @@ pub struct LightRecord {
     pub padding: [f32; 2],
 }
 
+/// # Errors
+/// [`Error::Argument`] unless `lights` is 1..=[`MAX_LIGHTS`].
+pub(crate) fn check_number(lights: usize) -> Result<()> {
+    if (1..=MAX_LIGHTS).contains(&lights) {
+        Ok(())
+    } else {
+        Err(Error::Argument(format!("{lights} lights: a rig has 1 to {MAX_LIGHTS} of them")))
+    }
+}
+
 /// Rigs to be evaluated together, all with the same number of lights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Population {
@@ -123,11 +133,7 @@ impl Population {
     /// # Errors
     /// [`Error::Argument`] unless `lights` is 1..=[`MAX_LIGHTS`].
     pub fn new(lights: usize) -> Result<Self> {
-        if !(1..=MAX_LIGHTS).contains(&lights) {
-            return Err(Error::Argument(format!(
-                "{lights} lights: a rig has 1 to {MAX_LIGHTS} of them"
-            )));
-        }
+        check_number(lights)?;
         Ok(Self { lights, records: Vec::new() })
     }
 

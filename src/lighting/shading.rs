@@ -17,7 +17,7 @@ pub struct Shading {
     pub ambient: f32,
     /// Specular reflectance of dielectrics at normal incidence.
     pub dielectric: f32,
-    /// Largest Blinn-Phong exponent; the smallest is 1.
+    /// Largest Blinn-Phong exponent, 1 or more; the smallest is 1.
     pub max_shininess: f32,
 }
 
@@ -51,7 +51,7 @@ impl Shading {
         emissive: Vec3,
     ) -> Reflectance {
         let alpha = roughness * roughness;
-        let shininess = (2.0 / (alpha * alpha) - 2.0).clamp(1.0, self.max_shininess);
+        let shininess = (2.0 / (alpha * alpha) - 2.0).min(self.max_shininess).max(1.0);
         let specular = Vec3::splat(self.dielectric).lerp(base, metallic);
         Reflectance {
             diffuse: base * (1.0 - metallic),

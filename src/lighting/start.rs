@@ -2,7 +2,7 @@
 //! k-means clustering of the visible polygons' normals (Ha and Olivier 2006, section 4).
 
 use super::genome::{Genome, Range};
-use super::{Light, angles};
+use super::{Light, Role, angles};
 use crate::objective::maps::Maps;
 use crate::scene::Scene;
 use crate::scene::view::View;
@@ -144,14 +144,16 @@ fn by_size(centroids: &[Vec3], mut labels: Vec<usize>) -> Clustering {
 }
 
 /// The chromosome with its lights in the clusters' directions, moved to the nearest point of their
-/// boxes, and every other value in the middle of its range.
+/// boxes, and every other value in the middle of its range. The first clusters are the key lights',
+/// wherever in the rig these stand; the others follow in the rig's order.
 pub fn from_clusters(genome: &Genome, clusters: &[Cluster]) -> Vec<f32> {
     let middle: Vec<f32> = genome.bounds().iter().map(Range::middle).collect();
-    let place = |(light, cluster): (Light, &Cluster)| {
-        let (elevation, azimuth) = angles(cluster.direction);
-        Light { elevation, azimuth, ..light }
-    };
-    let rig: Vec<Light> = genome.decode(&middle).into_iter().zip(clusters).map(place).collect();
+    let mut rig = genome.decode(&middle);
+    let mut lights: Vec<&mut Light> = rig.iter_mut().collect();
+    lights.sort_by_key(|light| light.role != Role::Key);
+    for (light, cluster) in lights.into_iter().zip(clusters) {
+        (light.elevation, light.azimuth) = angles(cluster.direction);
+    }
     genome.encode(&rig)
 }
 
@@ -181,8 +183,8 @@ pub fn population(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lighting::LightKind;
     use crate::lighting::genome::Boxes;
-    use crate::lighting::{LightKind, Role};
     use proptest::prelude::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
@@ -264,6 +266,20 @@ mod tests {
                 prop_assert!(genome.bounds().iter().zip(individual).all(|(r, &x)| r.contains(x)));
             }
         }
+    }
+
+    #[test]
+    fn the_largest_cluster_is_the_key_lights() {
+        let clusters = [(Vec3::Z, 9), (Vec3::Y, 4), (-Vec3::Z, 2)]
+            .map(|(direction, size)| Cluster { direction, size });
+        let elevations = |roles: &[Role]| {
+            let genome = Genome::new(roles, LightKind::Point, &Boxes::default()).unwrap();
+            let rig = genome.decode(&from_clusters(&genome, &clusters));
+            rig.iter().map(|light| light.elevation.to_degrees().round()).collect::<Vec<_>>()
+        };
+        assert_eq!(elevations(&[Role::Key, Role::Fill]), [0.0, 90.0]);
+        assert_eq!(elevations(&[Role::Fill, Role::Key]), [90.0, 0.0]);
+        assert_eq!(elevations(&[Role::Fill, Role::Rim, Role::Key]), [90.0, 0.0, 0.0]);
     }
 
     #[test]

@@ -9,11 +9,14 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+/// Most individuals of a generation: what bounds memory on the host and on the device.
+pub const MAX_POPULATION: usize = 1 << 17;
+
 /// Settings of the genetic algorithm; the defaults are the paper's where it names a number.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GeneticSettings {
-    /// Individuals, 2 or more.
+    /// Individuals, 2 to [`MAX_POPULATION`].
     pub population: usize,
     /// Generations, the first population included.
     pub generations: usize,
@@ -25,7 +28,7 @@ pub struct GeneticSettings {
     pub mutation: f32,
     /// Standard deviation of that move, as a share of the allele's range.
     pub mutation_step: f32,
-    /// Individuals that compete to be a parent.
+    /// Individuals that compete to be a parent, 1 to [`MAX_POPULATION`]; one may be drawn twice.
     pub tournament: usize,
     /// Generations without a better individual after which the search ends; 0 for never.
     pub patience: usize,
@@ -56,11 +59,15 @@ impl GeneticSettings {
     /// [`Error::Argument`] for a setting out of its range.
     pub fn check(&self) -> Result<()> {
         let fault = |text: String| Err(Error::Argument(text));
-        if self.population < 2 {
-            return fault(format!("a population of {}: 2 or more are needed", self.population));
+        let (population, tournament) = (self.population, self.tournament);
+        if !(2..=MAX_POPULATION).contains(&population) {
+            return fault(format!("a population of {population}: it is 2 to {MAX_POPULATION}"));
         }
-        if self.generations == 0 || self.tournament == 0 {
-            return fault("generations and tournament must be 1 or more".into());
+        if !(1..=MAX_POPULATION).contains(&tournament) {
+            return fault(format!("a tournament of {tournament}: it is 1 to {MAX_POPULATION}"));
+        }
+        if self.generations == 0 {
+            return fault("generations must be 1 or more".into());
         }
         for (name, rate) in [
             ("elitism", self.elitism),
@@ -302,8 +309,10 @@ mod tests {
     fn settings_out_of_range_are_refused() {
         let wrong = [
             GeneticSettings { population: 1, ..Default::default() },
+            GeneticSettings { population: MAX_POPULATION + 1, ..Default::default() },
             GeneticSettings { generations: 0, ..Default::default() },
             GeneticSettings { tournament: 0, ..Default::default() },
+            GeneticSettings { tournament: usize::MAX, ..Default::default() },
             GeneticSettings { crossover: 1.1, ..Default::default() },
             GeneticSettings { mutation: f32::NAN, ..Default::default() },
         ];

@@ -11,7 +11,7 @@ use crate::lighting::{Population, Rig};
 use std::ops::ControlFlow;
 
 pub use descent::{Descent, DescentSettings};
-pub use genetic::{Genetic, GeneticSettings};
+pub use genetic::{Genetic, GeneticSettings, MAX_POPULATION};
 
 /// A search for the chromosome with the lowest score.
 pub trait Optimizer {

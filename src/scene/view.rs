@@ -2,7 +2,12 @@
 
 use super::Scene;
 use crate::{Error, Result};
-use glam::{DMat4, DVec3, Mat4, Vec3};
+use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
+
+/// Most pixels of a picture's side.
+pub const MAX_SIDE: u32 = 1 << 14;
+/// Most pixels of a picture: 8192 x 8192. Maps take about 200 bytes a pixel.
+pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// A camera in the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,11 +115,10 @@ impl View {
     /// The view of `scene` through `camera`.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a picture without pixels, [`Error::Input`] for a scene without extent.
+    /// [`Error::Argument`] for a picture without pixels or with more than [`MAX_SIDE`] a side or
+    /// [`MAX_PIXELS`] in all, [`Error::Input`] for a scene without extent.
     pub fn new(scene: &Scene, camera: Camera, width: u32, height: u32) -> Result<Self> {
-        if width == 0 || height == 0 {
-            return Err(Error::Argument(format!("picture size {width}x{height} has no pixels")));
-        }
+        check_size(width, height)?;
         let (center, radius) = bounds(scene)?;
         let (right, up, back) = (camera.right, camera.up, camera.back);
         let frame = Frame { center, radius, right, up, back };
@@ -145,6 +149,34 @@ impl View {
     pub fn frame_from_mesh(&self, world: &DMat4) -> DMat4 {
         self.frame.from_world() * *world
     }
+
+    /// What turns normals of an instance's mesh into the light frame, and whether the instance
+    /// mirrors, so that fronts are wound the other way. It is a positive multiple of the inverse
+    /// transpose with a longest column of unit length, made of the cofactors, which flat transforms
+    /// have too.
+    pub fn normal_from_mesh(&self, world: &DMat4) -> (DMat3, bool) {
+        let linear = DMat3::from_mat4(self.frame_from_mesh(world));
+        let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+        let cofactors = [y.cross(z), z.cross(x), x.cross(y)];
+        let longest = cofactors.map(DVec3::length).into_iter().fold(f64::MIN_POSITIVE, f64::max);
+        let mirrored = linear.determinant() < 0.0;
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let [x, y, z] = cofactors.map(|column| column * (sign / longest));
+        (DMat3::from_cols(x, y, z), mirrored)
+    }
+}
+
+fn check_size(width: u32, height: u32) -> Result<()> {
+    let fault = if width == 0 || height == 0 {
+        "has no pixels".to_owned()
+    } else if width.max(height) > MAX_SIDE {
+        format!("has more than {MAX_SIDE} pixels a side")
+    } else if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        format!("has more than {MAX_PIXELS} pixels")
+    } else {
+        return Ok(());
+    };
+    Err(Error::Argument(format!("picture size {width}x{height} {fault}")))
 }
 
 /// Centre of the bounding box of everything drawn and the largest distance of a vertex from it.

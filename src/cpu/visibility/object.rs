@@ -21,21 +21,13 @@ impl<'a> Object<'a> {
     /// `instance` in the light frame of `view`.
     pub fn new(scene: &'a Scene, view: &View, instance: &Instance) -> Self {
         let mesh = &scene.meshes[instance.mesh as usize];
-        let matrix = view.frame_from_mesh(&instance.world);
-        // The cofactors are the inverse transpose times the determinant, and serve flat transforms
-        // as well, which have no inverse.
-        let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate());
-        let (yz, zx, xy) = (y.cross(z), z.cross(x), x.cross(y));
-        let mirrored = x.dot(yz) < 0.0;
-        let sign = if mirrored { -1.0 } else { 1.0 };
-        let unit = sign / yz.length().max(zx.length()).max(xy.length()).max(f64::MIN_POSITIVE);
-        let column = |axis: glam::DVec3| (axis * unit).as_vec3();
+        let (normal_from_mesh, mirrored) = view.normal_from_mesh(&instance.world);
         Self {
             first_polygon: instance.first_polygon,
             mesh,
             material: &scene.materials[mesh.material as usize],
-            frame_from_mesh: matrix.as_mat4(),
-            normal_from_mesh: Mat3::from_cols(column(yz), column(zx), column(xy)),
+            frame_from_mesh: view.frame_from_mesh(&instance.world).as_mat4(),
+            normal_from_mesh: normal_from_mesh.as_mat3(),
             mirrored,
         }
     }

@@ -7,6 +7,9 @@ use std::ops::Range;
 /// Subpixel steps in a pixel.
 const SUBPIXEL: i32 = 256;
 
+/// Subpixel steps from the picture's corner, at most, so that products of them fit in 64 bits.
+const FARTHEST: i32 = 1 << 29;
+
 /// A corner in the picture: subpixel units from the left and the top, and depth.
 #[derive(Debug, Clone, Copy)]
 pub struct Corner {
@@ -22,11 +25,13 @@ impl Corner {
         let reciprocal = 1.0 / clip.w as f32;
         let snap = |position: f64, size: u32| {
             let half = size as f32 * 0.5;
-            ((position as f32 * reciprocal) * half + half) * SUBPIXEL as f32
+            let steps = ((position as f32 * reciprocal) * half + half) * SUBPIXEL as f32;
+            // What lies at the very eye may be projected beyond the guard band.
+            (steps.round_ties_even() as i32).clamp(-FARTHEST, FARTHEST)
         };
         Self {
-            x: snap(clip.x, width).round_ties_even() as i32,
-            y: snap(clip.y, height).round_ties_even() as i32,
+            x: snap(clip.x, width),
+            y: snap(clip.y, height),
             depth: f64::from(clip.z as f32 * reciprocal),
         }
     }

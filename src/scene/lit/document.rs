@@ -127,7 +127,10 @@ impl Document {
         binary.resize(offset, 0);
         binary.extend_from_slice(data);
         let length = binary.len();
-        self.array("buffers")?[0]["byteLength"] = length.into();
+        match self.array("buffers")?.first_mut().and_then(Value::as_object_mut) {
+            Some(buffer) => buffer.insert("byteLength".into(), length.into()),
+            None => return Err(self.fault("buffer 0 is not an object")),
+        };
         let views = self.array("bufferViews")?;
         views.push(json!({ "buffer": 0, "byteOffset": offset, "byteLength": data.len() }));
         Ok(views.len() - 1)

@@ -3,6 +3,7 @@
 use super::accessor::view_bytes;
 use super::files::Resources;
 use super::{Parsed, label, quoted};
+use crate::lighting::shading::{srgb_decode, srgb_encode};
 use crate::scene::{Texture, TextureLevel, Wrap};
 use gltf::json::Root;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
@@ -195,13 +196,8 @@ struct Tables {
 
 static TABLES: LazyLock<Tables> = LazyLock::new(|| {
     let unit = std::array::from_fn(|byte| byte as f32 / 255.0);
-    let linear =
-        unit.map(|v: f32| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) });
-    let encoded = |step: u32| {
-        let v = step as f32 / 65535.0;
-        let v = if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-        (v * 255.0).round() as u8
-    };
+    let linear = unit.map(srgb_decode);
+    let encoded = |step: u32| (srgb_encode(step as f32 / 65535.0) * 255.0).round() as u8;
     // One entry more than the range, should a sum of weights round above 1.
     Tables { unit, linear, srgb: (0..=65536).map(encoded).collect() }
 });
