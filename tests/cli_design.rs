@@ -267,3 +267,29 @@ fn a_greedy_search_descends_and_repeats_itself() {
         .collect();
     assert!(best.is_sorted_by(|a, b| a >= b) && best[best.len() - 1] < best[0], "{best:?}");
 }
+
+#[test]
+fn a_scene_far_from_the_origin_scores_as_it_was_designed() {
+    let place = Workplace::new();
+    let mut far = place.read_json("ball.gltf");
+    far["nodes"][0]["translation"] = serde_json::json!([1e6, -3e5, 2e6]);
+    std::fs::write(place.path("far.gltf"), far.to_string()).unwrap();
+    let small = ["--size", "48x40", "--generations", "2", "--population", "8", "--json"];
+    let output = place.klieg(&["design", "far.gltf", "--out", "out"]).args(small).output().unwrap();
+    let designed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let output = place.klieg(&["score", "out/lit.glb", "--json"]).output().unwrap();
+    let scored: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let difference = designed["score"].as_f64().unwrap() - scored["score"].as_f64().unwrap();
+    assert!(difference.abs() < 1e-3, "{designed} {scored}");
+}
+
+#[test]
+fn the_scene_itself_is_never_overwritten() {
+    let place = Workplace::new();
+    place.design("out", &[]).assert().success();
+    let before = std::fs::read(place.path("out/lit.glb")).unwrap();
+    let mut command = place.klieg(&["design", "out/lit.glb", "--out", "out"]);
+    command.args(["--generations", "2"]).assert().code(2);
+    assert_eq!(std::fs::read(place.path("out/lit.glb")).unwrap(), before);
+    assert_eq!(place.list("out").len(), 7);
+}

@@ -129,12 +129,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let text = json::text(&analysis)?;
     staging.write("analyze.json", &text)?;
     let files = staging.publish()?;
-    if options.scene.json {
-        print!("{text}");
-    } else {
-        show(&analysis, &files);
-    }
-    Ok(())
+    if options.scene.json { print::out(text) } else { print::out(show(&analysis, &files)) }
 }
 
 fn write_pictures(
@@ -226,30 +221,31 @@ fn clusters(clustering: &Clustering) -> Vec<ClusterRecord> {
     clustering.clusters.iter().enumerate().map(record).collect()
 }
 
-fn show(analysis: &Analysis, files: &[PathBuf]) {
+fn show(analysis: &Analysis, files: &[PathBuf]) -> String {
     let Pixels { background, surface, edge } = analysis.pixels;
     let (visible, all) = (analysis.visible_polygons, analysis.polygons);
-    println!("pixels: {surface} surface, {edge} edge, {background} background");
-    println!("polygons: {visible} of {all} visible; G_n {:.4}\n", analysis.normal_detail);
-    let mut table = print::columns(&["object", "polygons", "visible", "pixels"], &[]);
+    let mut objects = print::columns(&["object", "polygons", "visible", "pixels"], &[]);
     for object in &analysis.objects {
-        table.add_row([
+        objects.add_row([
             object.name.clone(),
             object.polygons.to_string(),
             object.visible_polygons.to_string(),
             object.visible_pixels.to_string(),
         ]);
     }
-    println!("{table}\n");
-    let mut table = print::columns(&["cluster", "polygons", "elevation", "azimuth"], &[]);
+    let mut clusters = print::columns(&["cluster", "polygons", "elevation", "azimuth"], &[]);
     for (i, cluster) in analysis.clusters.iter().enumerate() {
-        table.add_row([
+        clusters.add_row([
             format!("{} #{}", i + 1, cluster.color.map(|c| format!("{c:02x}")).concat()),
             cluster.polygons.to_string(),
             format!("{:.1}°", cluster.elevation_deg),
             format!("{:.1}°", cluster.azimuth_deg),
         ]);
     }
-    println!("{table}\n");
-    files.iter().for_each(|file| println!("  {}", file.display()));
+    format!(
+        "pixels: {surface} surface, {edge} edge, {background} background\n\
+         polygons: {visible} of {all} visible; G_n {:.4}\n\n{objects}\n\n{clusters}\n\n{}",
+        analysis.normal_detail,
+        print::written(files)
+    )
 }

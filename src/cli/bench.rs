@@ -43,7 +43,7 @@ pub(super) struct Options {
     /// A device; may be given again [default: cpu and, where there is one, vulkan]
     #[arg(long)]
     device: Vec<Device>,
-    /// Engine generations
+    /// Measured generations
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
     /// Generations before the measured ones
@@ -119,12 +119,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
         load_ms,
         rows,
     };
-    if options.scene.json {
-        print!("{}", json::text(&bench)?);
-    } else {
-        show(&bench);
-    }
-    Ok(())
+    if options.scene.json { print::out(json::text(&bench)?) } else { print::out(show(&bench)) }
 }
 
 fn devices(options: &Options) -> Vec<Device> {
@@ -234,10 +229,8 @@ fn percentile(sorted: &[f64], share: f64) -> f64 {
     sorted[rank.max(1) - 1]
 }
 
-fn show(bench: &Bench) {
+fn show(bench: &Bench) -> String {
     let Bench { scene, polygons, runs, warm_up, load_ms, .. } = bench;
-    println!("{scene}: {polygons} polygons, loaded in {load_ms:.0} ms");
-    println!("median and 95th percentile of {runs} generations after {warm_up}\n");
     let names =
         ["device", "size", "lights", "N", "median ms", "p95 ms", "evaluations/s", "maps ms"];
     let mut table = print::columns(&names, &[]);
@@ -253,15 +246,23 @@ fn show(bench: &Bench) {
             format!("{:.0}", row.maps_ms),
         ]);
     }
-    println!("{table}");
+    let mut text = format!(
+        "{scene}: {polygons} polygons, loaded in {load_ms:.0} ms\n\
+         median and 95th percentile of {runs} generations after {warm_up}\n\n{table}\n"
+    );
     for row in bench.rows.iter().filter(|row| !row.stages_ms.is_empty()) {
         let time = |ms: &Value| ms.as_f64().unwrap_or_default();
         let stages = row.stages_ms.iter().map(|(stage, ms)| format!("{stage} {:.3}", time(ms)));
         let stages: Vec<_> = stages.collect();
         let (name, size) = (&row.device.name, Size(row.size));
-        println!("\n{name}, {size}, lights {}, N {}, GPU ms:", row.lights, row.population);
-        println!("  {}", stages.join(", "));
+        text += &format!(
+            "\n{name}, {size}, lights {}, N {}, GPU ms:\n  {}\n",
+            row.lights,
+            row.population,
+            stages.join(", ")
+        );
     }
+    text
 }
 
 #[cfg(test)]

@@ -19,10 +19,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
+
+/// The lit scene.
+const LIT: &str = "lit.glb";
 
 /// Size of `convergence.svg`.
 const PLOT: (u32, u32) = (800, 480);
@@ -88,6 +91,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let genome = Genome::new(&lights.roles.0, lights.kind, &lights.boxes)?;
     let mut session = Session::open(&options.scene.scene, settings)?;
     let mut staging = Staging::new(&options.out)?;
+    spare(&options.scene.scene, &options.out.join(LIT))?;
 
     let search = Instant::now();
     let outcome = search_lights(&mut session, &genome, options.scene.json)?;
@@ -102,10 +106,19 @@ pub(super) fn run(options: &Options) -> Result<()> {
     if outcome.stopped {
         eprintln!("stopped after {} generations: this is the best so far", design.generations);
     }
-    if options.scene.json {
-        print!("{text}");
-    } else {
-        print::design(&design, &files);
+    if options.scene.json { print::out(text) } else { print::out(print::design(&design, &files)) }
+}
+
+/// The scene itself must not be what the lit one replaces.
+///
+/// # Errors
+/// [`crate::Error::Argument`] when both are the same file.
+fn spare(scene: &Path, lit: &Path) -> crate::Result<()> {
+    let same =
+        scene.canonicalize().ok().is_some_and(|scene| lit.canonicalize().ok() == Some(scene));
+    if same {
+        let fault = format!("{} would be overwritten: choose another --out", scene.display());
+        return Err(crate::Error::Argument(fault));
     }
     Ok(())
 }
@@ -223,7 +236,7 @@ fn write(session: &mut Session, outcome: &Outcome, staging: &mut Staging) -> Res
         settings,
     };
     staging.write("report.html", sheet.render()?)?;
-    let lit = staging.path("lit.glb");
+    let lit = staging.path(LIT);
     crate::scene::lit::write(&session.scene.path, &session.view, &outcome.rig, &lit)?;
     staging.write("convergence.csv", csv::convergence(&outcome.history)?)?;
     let plot = svg::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;

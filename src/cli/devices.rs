@@ -63,15 +63,10 @@ pub(super) fn run(options: &Options) -> Result<()> {
         no_vulkan: fault.map(|fault| fault.to_string()),
         devices: reports.into_iter().map(Entry::Vulkan).chain([native]).collect(),
     };
-    if options.json {
-        print!("{}", json::text(&listing)?);
-    } else {
-        show(&listing);
-    }
-    Ok(())
+    if options.json { print::out(json::text(&listing)?) } else { print::out(show(&listing)) }
 }
 
-fn show(listing: &Listing) {
+fn show(listing: &Listing) -> String {
     let mut table = print::columns(&["device", "name", "type", "driver", "can"], &[]);
     table.column_iter_mut().for_each(|c| c.set_cell_alignment(comfy_table::CellAlignment::Left));
     for entry in &listing.devices {
@@ -97,10 +92,8 @@ fn show(listing: &Listing) {
             able,
         ]);
     }
-    println!("{table}");
-    if let Some(fault) = &listing.no_vulkan {
-        println!("\n{fault}");
-    }
+    let fault = listing.no_vulkan.as_ref().map(|fault| format!("\n{fault}\n"));
+    format!("{table}\n{}", fault.unwrap_or_default())
 }
 
 /// What a Vulkan device can and cannot do.

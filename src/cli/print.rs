@@ -1,28 +1,50 @@
-//! Results for people, on standard output.
+//! Results for people, and the way to standard output.
 
 use crate::objective::Terms;
 use crate::report::json::{Design, LightRecord, Score};
+use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets};
+use std::fmt::Display;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
+/// Writes to standard output. A reader that has seen enough and gone away is no failure.
+///
+/// # Errors
+/// When it cannot be written to.
+pub(super) fn out(text: impl Display) -> Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    match write!(stdout, "{text}").and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        result => result.context("cannot write to standard output"),
+    }
+}
+
+/// The files that a command wrote, a line each.
+pub(super) fn written(files: &[PathBuf]) -> String {
+    files.iter().map(|file| format!("  {}\n", file.display())).collect()
+}
+
 /// What a design found, and where it stands.
-pub(super) fn design(design: &Design, files: &[PathBuf]) {
+pub(super) fn design(design: &Design, files: &[PathBuf]) -> String {
     let mut qualities = columns(&["", "F"], &Terms::NAMES);
     for (name, quality) in [("headlight", &design.headlight), ("designed", &design.quality)] {
         qualities.add_row(quality_row(name, quality.score, &quality.terms));
     }
-    println!("{qualities}\n\n{}\n", lights(&design.lights));
     let (generations, evaluations) = (design.generations, design.evaluations);
     let seconds = design.timing_ms.search / 1e3;
-    println!("{generations} generations, {evaluations} evaluations in {seconds:.1} s");
-    files.iter().for_each(|file| println!("  {}", file.display()));
+    format!(
+        "{qualities}\n\n{}\n\n{generations} generations, {evaluations} evaluations in {seconds:.1} s\n{}",
+        lights(&design.lights),
+        written(files)
+    )
 }
 
 /// A rig's quality.
-pub(super) fn score(score: &Score) {
+pub(super) fn score(score: &Score) -> String {
     let mut qualities = columns(&["", "F"], &Terms::NAMES);
     qualities.add_row(quality_row(score.rig, score.quality.score, &score.quality.terms));
-    println!("{qualities}\n\n{}", lights(&score.lights));
+    format!("{qualities}\n\n{}\n", lights(&score.lights))
 }
 
 fn quality_row(name: &str, score: f32, terms: &Terms) -> Vec<String> {

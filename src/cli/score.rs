@@ -69,11 +69,10 @@ pub(super) fn run(options: &Options) -> Result<()> {
         lights: LightRecord::rig(&rig, &session.view),
     };
     if options.scene.json {
-        print!("{}", json::text(&score)?);
+        print::out(json::text(&score)?)
     } else {
-        print::score(&score);
+        print::out(print::score(&score))
     }
-    Ok(())
 }
 
 /// The rig and where it is from.

@@ -28,6 +28,9 @@ impl Staging {
     /// [`Error::Output`] when it cannot be created or written to.
     pub fn new(target: &Path) -> Result<Self> {
         let fault = |source| Error::Output { path: target.into(), source };
+        if target.is_file() {
+            return Err(fault(std::io::Error::other("it is a file, not a folder")));
+        }
         std::fs::create_dir_all(target).map_err(fault)?;
         let folder =
             tempfile::Builder::new().prefix(".klieg-").tempdir_in(target).map_err(fault)?;

@@ -4,6 +4,9 @@ use super::Scene;
 use crate::{Error, Result};
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 
+/// Radii of scenes, world units, whose lights' intensities can be written in single precision.
+pub const RADII: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
+
 /// Most pixels of a picture's side.
 pub const MAX_SIDE: u32 = 1 << 14;
 /// Most pixels of a picture: 8192 x 8192. Maps take about 200 bytes a pixel.
@@ -116,10 +119,15 @@ impl View {
     ///
     /// # Errors
     /// [`Error::Argument`] for a picture without pixels or with more than [`MAX_SIDE`] a side or
-    /// [`MAX_PIXELS`] in all, [`Error::Input`] for a scene without extent.
+    /// [`MAX_PIXELS`] in all, [`Error::Input`] for a scene without extent or of a radius outside
+    /// [`RADII`].
     pub fn new(scene: &Scene, camera: Camera, width: u32, height: u32) -> Result<Self> {
         check_size(width, height)?;
         let (center, radius) = bounds(scene)?;
+        if !RADII.contains(&radius) {
+            let fault = format!("its radius of {radius:e} is outside {RADII:?}");
+            return Err(Error::input(&scene.path, fault));
+        }
         let (right, up, back) = (camera.right, camera.up, camera.back);
         let frame = Frame { center, radius, right, up, back };
         let eye = frame.from_world().transform_point3(camera.eye);

@@ -37,7 +37,7 @@ pub fn place(document: &Document) -> Parsed<Nodes> {
     for node in walk(root, &roots) {
         world[node] *= local(&document.places[node])
             .map_err(|fault| format!("{}: {fault}", node_label(root, node)))?;
-        if !world[node].is_finite() {
+        if !world[node].as_mat4().is_finite() {
             return Err(format!("{} has no finite place in the world", node_label(root, node)));
         }
         placed[node] = true;
