@@ -197,19 +197,6 @@ fn a_large_population_has_the_scores_of_its_rigs() {
 }
 
 #[test]
-fn pictures_beyond_all_bounds_are_refused() {
-    let scene = scene([(rectangle(1.0, 1.0), matt(0.5), DMat4::IDENTITY)]);
-    let lens = Projection::Perspective { yfov: 0.6 };
-    let size =
-        |width, height| View::new(&scene, camera(DVec3::Z * 4.0, lens), width, height).map(|_| ());
-    for (width, height) in [(0, 5), (5, 0), (16385, 1), (8193, 8192), (u32::MAX, u32::MAX)] {
-        let fault = size(width, height).expect_err("a fault");
-        assert!(fault.is_input() && fault.to_string().contains(&format!("{width}x{height}")));
-    }
-    assert!(size(16384, 4096).is_ok() && size(8192, 8192).is_ok() && size(1, 1).is_ok());
-}
-
-#[test]
 fn places_and_rigs_must_match() {
     let bench = Bench::new();
     let maps = cpu::maps(surface(3, 3, |_, _| true), &bench.objective);

@@ -50,6 +50,9 @@ pub enum Method {
     Greedy,
 }
 
+/// Most starts of the greedy descent, whose probes are evaluated together.
+const MAX_STARTS: usize = 1 << 10;
+
 /// The greedy descent and its starts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -157,8 +160,11 @@ impl Settings {
         within("shading.max_shininess", max_shininess, 1.0, f32::MAX)?;
         within("start.scattered", self.start.scattered, 0.0, 1.0)?;
         within("start.spread", self.start.spread, 0.0, 1.0)?;
-        if self.greedy.starts == 0 {
-            return Err(Error::Argument("greedy.starts must be 1 or more".into()));
+        let starts = self.greedy.starts;
+        if !(1..=MAX_STARTS).contains(&starts) {
+            return Err(Error::Argument(format!(
+                "greedy.starts is {starts}: it must be 1 to {MAX_STARTS}"
+            )));
         }
         self.greedy.descent().check()?;
         self.search.check()
@@ -281,6 +287,8 @@ mod tests {
             "[view]\nfov = 180.0",
             "[view]\ncamera = 0\nfov = 35.0",
             "[search]\npopulation = 1",
+            "[greedy]\nstarts = 0",
+            "[greedy]\nstarts = 1025",
         ] {
             let settings: Settings = toml::from_str(text).unwrap();
             assert!(settings.check().is_err(), "{text}");

@@ -9,7 +9,7 @@ pub const RADII: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
 /// Most pixels of a picture's side.
 pub const MAX_SIDE: u32 = 1 << 14;
-/// Most pixels of a picture: 8192 x 8192. Maps take about 200 bytes a pixel.
+/// Most pixels of a picture: 8192 x 8192. A view takes 100 to 250 bytes a pixel.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// A camera in the world.
@@ -242,4 +242,20 @@ fn clip_from_eye(camera: &Camera, radius: f64, aspect: f64) -> DMat4 {
         [0.0, 0.0, row_z.0, zw],
         [0.0, 0.0, row_z.1, ww],
     ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_beyond_all_bounds_are_refused() {
+        for (width, height) in [(0, 5), (5, 0), (16385, 1), (8193, 8192), (u32::MAX, u32::MAX)] {
+            let fault = check_size(width, height).unwrap_err();
+            assert!(fault.is_input() && fault.to_string().contains(&format!("{width}x{height}")));
+        }
+        for (width, height) in [(16384, 4096), (8192, 8192), (1, 1)] {
+            check_size(width, height).unwrap();
+        }
+    }
 }
