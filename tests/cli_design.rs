@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::Workplace;
+use common::Folder;
 use serde_json::Value;
 use std::time::Duration;
 
@@ -34,7 +34,7 @@ fn keys(value: &Value, prefix: &str, out: &mut Vec<String>) {
 
 #[test]
 fn a_design_writes_all_files_and_beats_the_headlight() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let output = place.design("a/b", &[]).assert().success().get_output().clone();
     assert_eq!(place.list("a/b"), FILES);
     let stderr = String::from_utf8(output.stderr).unwrap();
@@ -63,7 +63,7 @@ fn a_design_writes_all_files_and_beats_the_headlight() {
 
 #[test]
 fn the_schema_of_the_result() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let output = place.design("out", &["--json"]).assert().success().get_output().clone();
     let result = place.read_json("out/result.json");
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -128,7 +128,7 @@ fn the_schema_of_the_result() {
 }
 
 /// The result without its times.
-fn timeless(place: &Workplace, name: &str) -> Value {
+fn timeless(place: &Folder, name: &str) -> Value {
     let mut result = place.read_json(name);
     result.as_object_mut().unwrap().remove("timing_ms").unwrap();
     result
@@ -136,7 +136,7 @@ fn timeless(place: &Workplace, name: &str) -> Value {
 
 #[test]
 fn the_same_seed_gives_the_same_bytes_and_another_does_not() {
-    let place = Workplace::new();
+    let place = Folder::new();
     for (out, seed) in [("a", "7"), ("b", "7"), ("c", "8")] {
         place.design(out, &["--seed", seed]).assert().success();
     }
@@ -151,7 +151,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_does_not() {
 
 #[test]
 fn a_lit_scene_scores_as_it_was_designed() {
-    let place = Workplace::new();
+    let place = Folder::new();
     for kind in ["point", "directional"] {
         place.design(kind, &["--kind", kind, "--lights", "3"]).assert().success();
         let result = place.read_json(&format!("{kind}/result.json"));
@@ -174,7 +174,7 @@ fn a_lit_scene_scores_as_it_was_designed() {
 
 #[test]
 fn the_sheet_is_self_contained() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let scene = place.path("a & b <i>.gltf");
     std::fs::rename(place.path("ball.gltf"), &scene).unwrap();
     let mut command = place.klieg(&["design", "a & b <i>.gltf", "--out", "out"]);
@@ -195,7 +195,7 @@ fn the_sheet_is_self_contained() {
 
 #[test]
 fn options_go_before_the_configuration() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let text = "seed = 5\n[view]\nsize = \"20x30\"\nazimuth = -40.0\n[lights]\nroles = [\"rim\"]\n\
                 kind = \"directional\"\n[search]\npopulation = 6\ngenerations = 2\n";
     std::fs::write(place.path("k.toml"), text).unwrap();
@@ -222,7 +222,7 @@ fn options_go_before_the_configuration() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_keeps_the_best_so_far() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("klieg"))
         .current_dir(place.path(""))
         .args(["design", "ball.gltf", "--out", "out", "--device", "cpu", "--size", "64x64"])
@@ -245,7 +245,7 @@ fn an_interrupt_keeps_the_best_so_far() {
 
 #[test]
 fn a_greedy_search_descends_and_repeats_itself() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let arguments = ["design", "ball.gltf", "--size", "48x40", "--optimizer", "greedy"];
     std::fs::write(place.path("starts.toml"), "[greedy]\nstarts = 3\n").unwrap();
     for out in ["one", "two", "three"] {
@@ -270,9 +270,11 @@ fn a_greedy_search_descends_and_repeats_itself() {
 
 #[test]
 fn a_scene_far_from_the_origin_scores_as_it_was_designed() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let mut far = place.read_json("ball.gltf");
-    far["nodes"][0]["translation"] = serde_json::json!([1e6, -3e5, 2e6]);
+    let parent = serde_json::json!({"children": [0, 1], "translation": [1e6, -3e5, 2e6]});
+    far["nodes"].as_array_mut().unwrap().push(parent);
+    far["scenes"][0]["nodes"] = serde_json::json!([2]);
     std::fs::write(place.path("far.gltf"), far.to_string()).unwrap();
     let small = ["--size", "48x40", "--generations", "2", "--population", "8", "--json"];
     let output = place.klieg(&["design", "far.gltf", "--out", "out"]).args(small).output().unwrap();
@@ -285,11 +287,34 @@ fn a_scene_far_from_the_origin_scores_as_it_was_designed() {
 
 #[test]
 fn the_scene_itself_is_never_overwritten() {
-    let place = Workplace::new();
+    let place = Folder::new();
     place.design("out", &[]).assert().success();
     let before = std::fs::read(place.path("out/lit.glb")).unwrap();
     let mut command = place.klieg(&["design", "out/lit.glb", "--out", "out"]);
     command.args(["--generations", "2"]).assert().code(2);
     assert_eq!(std::fs::read(place.path("out/lit.glb")).unwrap(), before);
     assert_eq!(place.list("out").len(), 7);
+}
+
+#[test]
+fn a_design_on_a_vulkan_device_repeats_itself_and_scores_as_it_was_designed() {
+    let place = Folder::new();
+    for out in ["one", "two"] {
+        let vulkan = ["design", "ball.gltf", "--out", out, "--device", "vulkan"];
+        let small = ["--size", "48x40", "--generations", "4", "--population", "8"];
+        place.klieg(&vulkan).args(small).assert().success();
+    }
+    for name in place.list("one") {
+        let read = |out: &str| std::fs::read(place.path(&format!("{out}/{name}"))).unwrap();
+        assert!(name == "result.json" || read("one") == read("two"), "{name}");
+    }
+    let result = place.read_json("one/result.json");
+    assert_ne!(result["device"]["type"], "cpu");
+    for device in ["vulkan", "cpu"] {
+        let arguments = ["score", "one/lit.glb", "--json", "--device", device];
+        let output = place.klieg(&arguments).output().unwrap();
+        let score: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let difference = score["score"].as_f64().unwrap() - result["score"].as_f64().unwrap();
+        assert!(difference.abs() < 1e-3, "{device}: {score} {result}");
+    }
 }

@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{Workplace, ball, klieg};
+use common::{Folder, ball, klieg};
 
 /// Runs a command that must fail and gives its message.
-fn fails(place: &Workplace, arguments: &[&str], code: i32) -> String {
+fn fails(place: &Folder, arguments: &[&str], code: i32) -> String {
     let output = place.klieg(arguments).assert().code(code).get_output().clone();
     assert!(output.stdout.is_empty(), "{arguments:?}");
     String::from_utf8(output.stderr).unwrap()
@@ -13,7 +13,7 @@ fn fails(place: &Workplace, arguments: &[&str], code: i32) -> String {
 
 #[test]
 fn wrong_scenes_are_named_and_nothing_is_written() {
-    let place = Workplace::new();
+    let place = Folder::new();
     std::fs::create_dir(place.path("folder.glb")).unwrap();
     std::fs::write(place.path("text.glb"), "not a scene").unwrap();
     let mut empty = ball();
@@ -34,7 +34,7 @@ fn wrong_scenes_are_named_and_nothing_is_written() {
 
 #[test]
 fn wrong_options_are_refused() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let design = ["design", "ball.gltf", "--out", "out"];
     for (option, value, part) in [
         ("--size", "0x5", "--size"),
@@ -83,7 +83,7 @@ fn wrong_options_are_refused() {
 
 #[test]
 fn a_wrong_configuration_is_named_with_line_and_key() {
-    let place = Workplace::new();
+    let place = Folder::new();
     std::fs::write(place.path("k.toml"), "[search]\n\nelitsm = 0.5\n").unwrap();
     let message = fails(&place, &["score", "ball.gltf", "--config", "k.toml"], 2);
     for part in ["k.toml", "line 3", "elitsm"] {
@@ -93,11 +93,14 @@ fn a_wrong_configuration_is_named_with_line_and_key() {
 
 #[test]
 fn an_output_folder_that_cannot_be_made_is_the_machines_fault() {
-    let place = Workplace::new();
+    let place = Folder::new();
     std::fs::write(place.path("file"), "").unwrap();
     for command in ["design", "analyze"] {
-        let message = fails(&place, &[command, "ball.gltf", "--size", "16x16", "--out", "file"], 1);
-        assert!(message.contains("cannot write file"), "{message}");
+        let into = |out| fails(&place, &[command, "ball.gltf", "--size", "16x16", "--out", out], 1);
+        let message = into("file");
+        assert!(message.contains("cannot write file: it is a file"), "{message}");
+        let message = into("file/below");
+        assert!(message.contains("cannot write file/below"), "{message}");
         assert_eq!(message.matches("os error").count(), 1, "{message}");
     }
     assert_eq!(std::fs::read(place.path("file")).unwrap(), b"");

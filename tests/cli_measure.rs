@@ -2,18 +2,18 @@
 
 mod common;
 
-use common::Workplace;
+use common::Folder;
 use serde_json::{Value, json};
 
 /// Standard output as JSON, which it must be alone.
-fn json_of(place: &Workplace, arguments: &[&str]) -> Value {
+fn json_of(place: &Folder, arguments: &[&str]) -> Value {
     let output = place.klieg(arguments).args(["--json"]).assert().success().get_output().clone();
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
 #[test]
 fn scores_of_given_lights_and_presets() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let score = ["score", "ball.gltf", "--size", "40x40"];
     let given = |more: &[&str]| json_of(&place, &[&score[..], more].concat());
     let headlight = given(&["--preset", "headlight"]);
@@ -40,7 +40,7 @@ fn scores_of_given_lights_and_presets() {
 
 #[test]
 fn an_analysis_agrees_with_its_arrays() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let arguments = ["analyze", "ball.gltf", "--out", "maps", "--size", "50x40", "--lights", "3"];
     let analysis = json_of(&place, &arguments);
     assert_eq!(analysis, place.read_json("maps/analyze.json"));
@@ -94,7 +94,7 @@ fn an_analysis_agrees_with_its_arrays() {
 
 #[test]
 fn the_list_of_devices_ends_with_the_native_evaluator() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let listing = json_of(&place, &["devices"]);
     let devices = listing["devices"].as_array().unwrap();
     let indices: Vec<_> = devices.iter().map(|d| d["index"].as_u64().unwrap() as usize).collect();
@@ -115,7 +115,7 @@ fn the_list_of_devices_ends_with_the_native_evaluator() {
 
 #[test]
 fn a_benchmark_has_a_row_for_each_combination() {
-    let place = Workplace::new();
+    let place = Folder::new();
     let arguments = ["bench", "ball.gltf", "--size", "16x16,24x16", "--lights", "1,3"];
     let more = ["--population", "4,5", "--runs", "3", "--warm-up", "1"];
     let bench = json_of(&place, &[&arguments[..], &more].concat());

@@ -125,7 +125,8 @@ impl View {
         check_size(width, height)?;
         let (center, radius) = bounds(scene)?;
         if !RADII.contains(&radius) {
-            let fault = format!("its radius of {radius:e} is outside {RADII:?}");
+            let (least, most) = (RADII.start(), RADII.end());
+            let fault = format!("its radius of {radius:e} is outside {least:e}..{most:e}");
             return Err(Error::input(&scene.path, fault));
         }
         let (right, up, back) = (camera.right, camera.up, camera.back);

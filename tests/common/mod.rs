@@ -6,11 +6,11 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// A folder that goes when the test ends, with a scene in it.
-pub struct Workplace {
+pub struct Folder {
     folder: tempfile::TempDir,
 }
 
-impl Workplace {
+impl Folder {
     pub fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("ball.gltf"), ball().to_string()).unwrap();
