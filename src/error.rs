@@ -68,3 +68,18 @@ impl Error {
         matches!(self, Self::Input { .. } | Self::Argument(_))
     }
 }
+
+/// # Errors
+/// [`Error::Argument`] with the setting's name unless `value` is in `low..=high`.
+pub(crate) fn within(name: &str, value: f32, low: f32, high: f32) -> Result<()> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    let range = match (low, high) {
+        (0.0, f32::MAX) => "finite, 0 or more".into(),
+        (f32::MIN_POSITIVE, f32::MAX) => "more than 0".into(),
+        (low, f32::MAX) => format!("{low} or more"),
+        (low, high) => format!("{low} to {high}"),
+    };
+    Err(Error::Argument(format!("{name} is {value}: it must be {range}")))
+}

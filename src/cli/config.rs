@@ -2,6 +2,7 @@
 //! `docs/CONFIGURATION.md` is the reference.
 
 use super::values::{Device, Lights, Size};
+use crate::error::within;
 use crate::lighting::LightKind;
 use crate::lighting::genome::Boxes;
 use crate::lighting::shading::Shading;
@@ -153,13 +154,9 @@ impl Settings {
     /// [`Error::Argument`] that names the first setting out of its range.
     pub fn check(&self) -> Result<()> {
         self.view.check()?;
-        check_objective(&self.objective)?;
-        let Shading { ambient, dielectric, max_shininess } = self.shading;
-        within("shading.ambient", ambient, 0.0, f32::MAX)?;
-        within("shading.dielectric", dielectric, 0.0, 1.0)?;
-        within("shading.max_shininess", max_shininess, 1.0, f32::MAX)?;
-        within("start.scattered", self.start.scattered, 0.0, 1.0)?;
-        within("start.spread", self.start.spread, 0.0, 1.0)?;
+        self.objective.check()?;
+        self.shading.check()?;
+        self.start.check()?;
         let starts = self.greedy.starts;
         if !(1..=MAX_STARTS).contains(&starts) {
             return Err(Error::Argument(format!(
@@ -183,35 +180,6 @@ impl ViewSettings {
         within("fov", value(self.fov, 35.0), 1.0, 170.0)?;
         within("fill", value(self.fill, 0.85), 0.01, 1.0)
     }
-}
-
-fn check_objective(objective: &Objective) -> Result<()> {
-    let weights = objective.weights.to_array();
-    for (name, weight) in crate::objective::Terms::NAMES.iter().zip(weights) {
-        within(&format!("weight {name}"), weight, 0.0, f32::MAX)?;
-    }
-    if weights.iter().all(|&weight| weight == 0.0) {
-        return Err(Error::Argument("all weights are 0: nothing to search for".into()));
-    }
-    // Terms are at most 1, so that their sum is finite too.
-    within("the sum of the weights", weights.iter().sum(), 0.0, f32::MAX)?;
-    within("objective.mean_target", objective.mean_target, 0.0, 1.0)?;
-    within("objective.edge_contrast", objective.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
-    within("objective.edge_sobel", objective.edge_sobel, 0.0, f32::MAX)?;
-    within("objective.edge_laplace", objective.edge_laplace, 0.0, f32::MAX)
-}
-
-fn within(name: &str, value: f32, low: f32, high: f32) -> Result<()> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    let range = match (low, high) {
-        (0.0, f32::MAX) => "finite, 0 or more".into(),
-        (f32::MIN_POSITIVE, f32::MAX) => "more than 0".into(),
-        (low, f32::MAX) => format!("{low} or more"),
-        (low, high) => format!("{low} to {high}"),
-    };
-    Err(Error::Argument(format!("{name} is {value}: it must be {range}")))
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 //! the same width). The reconstruction is ours: `docs/METHOD.md`.
 
 use super::LightRecord;
+use crate::Result;
+use crate::error::within;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +44,14 @@ pub struct Reflectance {
 }
 
 impl Shading {
+    /// # Errors
+    /// [`Error::Argument`](crate::Error::Argument) that names the first constant out of its range.
+    pub fn check(&self) -> Result<()> {
+        within("shading.ambient", self.ambient, 0.0, f32::MAX)?;
+        within("shading.dielectric", self.dielectric, 0.0, 1.0)?;
+        within("shading.max_shininess", self.max_shininess, 1.0, f32::MAX)
+    }
+
     /// The reflectance of a metallic-roughness surface.
     pub fn reflectance(
         &self,

@@ -3,6 +3,8 @@
 
 use super::genome::{Genome, Range};
 use super::{Light, Role, angles};
+use crate::Result;
+use crate::error::within;
 use crate::objective::maps::Maps;
 use crate::scene::Scene;
 use crate::scene::view::View;
@@ -28,6 +30,15 @@ pub struct StartSettings {
 impl Default for StartSettings {
     fn default() -> Self {
         Self { scattered: 0.3333, spread: 0.1 }
+    }
+}
+
+impl StartSettings {
+    /// # Errors
+    /// [`Error::Argument`](crate::Error::Argument) for a share outside 0..=1.
+    pub fn check(&self) -> Result<()> {
+        within("start.scattered", self.scattered, 0.0, 1.0)?;
+        within("start.spread", self.spread, 0.0, 1.0)
     }
 }
 

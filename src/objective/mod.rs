@@ -4,6 +4,8 @@
 
 pub mod maps;
 
+use crate::error::within;
+use crate::{Error, Result};
 use maps::Maps;
 use serde::{Deserialize, Serialize};
 
@@ -83,6 +85,24 @@ pub struct Statistics {
 }
 
 impl Objective {
+    /// # Errors
+    /// [`Error::Argument`] that names the first setting out of its range.
+    pub fn check(&self) -> Result<()> {
+        let weights = self.weights.to_array();
+        for (name, weight) in Terms::NAMES.iter().zip(weights) {
+            within(&format!("weight {name}"), weight, 0.0, f32::MAX)?;
+        }
+        if weights.iter().all(|&weight| weight == 0.0) {
+            return Err(Error::Argument("all weights are 0: nothing to search for".into()));
+        }
+        // Terms are at most 1, so that their sum is finite too.
+        within("the sum of the weights", weights.iter().sum(), 0.0, f32::MAX)?;
+        within("objective.mean_target", self.mean_target, 0.0, 1.0)?;
+        within("objective.edge_contrast", self.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
+        within("objective.edge_sobel", self.edge_sobel, 0.0, f32::MAX)?;
+        within("objective.edge_laplace", self.edge_laplace, 0.0, f32::MAX)
+    }
+
     /// The five terms of a picture of the view that `maps` describes.
     pub fn terms(&self, picture: &Statistics, maps: &Maps) -> Terms {
         let counts = maps.counts;
