@@ -21,11 +21,37 @@ fn wrong_scenes_are_named_and_nothing_is_written() {
     std::fs::write(place.path("empty.gltf"), empty.to_string()).unwrap();
     let whole = ball().to_string();
     std::fs::write(place.path("cut.gltf"), &whole[..whole.len() / 2]).unwrap();
-    for file in ["absent.glb", "folder.glb", "text.glb", "empty.gltf", "cut.gltf"] {
+    let change = |file: &str, pointer: &str, value: serde_json::Value| {
+        let mut scene = ball();
+        *scene.pointer_mut(pointer).unwrap() = value;
+        std::fs::write(place.path(file), scene.to_string()).unwrap();
+    };
+    change("buffer.gltf", "/buffers/0/uri", "gone.bin".into());
+    change("accessor.gltf", "/meshes/0/primitives/0/indices", 7.into());
+    change("long.gltf", "/accessors/0/count", 1_000_000_000.into());
+    let points = serde_json::json!([{"attributes": {"POSITION": 0}, "mode": 0}]);
+    change("points.gltf", "/meshes/0/primitives", points);
+    std::fs::write(place.path("nan.bin"), f32::NAN.to_le_bytes().repeat(25_000)).unwrap();
+    let mut nan = ball();
+    nan["buffers"][0]["uri"] = "nan.bin".into();
+    nan["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("indices");
+    std::fs::write(place.path("nan.gltf"), nan.to_string()).unwrap();
+    for (file, fault) in [
+        ("absent.glb", "not found"),
+        ("folder.glb", "is a directory"),
+        ("text.glb", ""),
+        ("empty.gltf", "no triangles"),
+        ("cut.gltf", "JSON"),
+        ("buffer.gltf", "gone.bin"),
+        ("accessor.gltf", "indices"),
+        ("long.gltf", "accessor"),
+        ("points.gltf", "triangles"),
+        ("nan.gltf", "finite"),
+    ] {
         for command in ["design", "analyze"] {
             let message = fails(&place, &[command, file, "--out", "out"], 2);
             assert!(message.starts_with("klieg: error: "), "{message}");
-            assert!(message.contains(file), "{message}");
+            assert!(message.contains(file) && message.contains(fault), "{message}");
             assert!(!place.path("out").exists(), "{file}");
         }
         assert!(fails(&place, &["score", file, "--preset", "headlight"], 2).contains(file));
