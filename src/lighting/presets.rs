@@ -8,7 +8,8 @@ pub enum Preset {
     /// One light from the viewer.
     Headlight,
     /// VTK's `vtkLightKit` with its default angles and ratios: key 50°/10° at 0.75, fill −75°/−10° at
-    /// a third of the key, two backs 0°/±110° at 1/3.5, a headlight at a third.
+    /// a third of the key, two backs 0°/±110° at 1/3.5, a headlight at a third. Its warm and cool
+    /// colours are left out: klieg's lights are white.
     LightKit,
     /// The photographer's key, fill and back light.
     ThreePoint,
