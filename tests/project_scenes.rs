@@ -85,8 +85,8 @@ fn design(
     let genome = Genome::new(&roles, LightKind::Point, &Boxes::default()).unwrap();
     let settings = GeneticSettings { generations, ..Default::default() };
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let normals = start::visible_normals(scene, view, evaluator.maps().unwrap());
-    let clustering = start::cluster(&normals, genome.lights(), &mut rng);
+    let maps = evaluator.maps().unwrap();
+    let clustering = start::visible_clusters(scene, view, maps, genome.lights(), &mut rng);
     let first = start::from_clusters(&genome, &clustering.clusters);
     let population = start::population(
         genome.bounds(),

@@ -103,8 +103,8 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let header = session.header("klieg.analysis/1");
     let maps = session.evaluator.maps()?;
     let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
-    let normals = start::visible_normals(&session.scene, &session.view, maps);
-    let clustering = start::cluster(&normals, lights, &mut rng);
+    let (scene, view) = (&session.scene, &session.view);
+    let clustering = start::visible_clusters(scene, view, maps, lights, &mut rng);
 
     let edge_sobel = session.settings.objective.edge_sobel;
     write_pictures(maps, edge_sobel, &clustering, &mut staging)?;

@@ -62,7 +62,7 @@ pub struct Clustering {
 
 /// Unit normals of the visible polygons in the light frame, turned to the viewer, in the order of
 /// [`Maps::visible`]; polygons without area are given the viewer's direction.
-pub fn visible_normals(scene: &Scene, view: &View, maps: &Maps) -> Vec<Vec3> {
+fn visible_normals(scene: &Scene, view: &View, maps: &Maps) -> Vec<Vec3> {
     let from_world = view.frame.from_world();
     let rotation = DMat3::from_mat4(from_world) * view.frame.radius;
     let normal = |&code: &u32| {
@@ -74,6 +74,18 @@ pub fn visible_normals(scene: &Scene, view: &View, maps: &Maps) -> Vec<Vec3> {
         Some(if away { -normal } else { normal })
     };
     maps.visible.par_iter().map(|code| normal(code).unwrap_or(Vec3::Z)).collect()
+}
+
+/// The visible polygons' normals in `k` clusters; [`Clustering::labels`] are in the order of
+/// [`Maps::visible`].
+pub fn visible_clusters(
+    scene: &Scene,
+    view: &View,
+    maps: &Maps,
+    k: usize,
+    rng: &mut impl Rng,
+) -> Clustering {
+    cluster(&visible_normals(scene, view, maps), k, rng)
 }
 
 /// k-means of unit vectors with a k-means++ start (Arthur and Vassilvitskii 2007), by Euclidean
