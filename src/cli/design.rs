@@ -128,9 +128,7 @@ fn search(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer>> 
     let Settings { seed, optimizer, start: spread, search, greedy, .. } = session.settings.clone();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let maps = session.evaluator.maps()?;
-    let (scene, view) = (&session.scene, &session.view);
-    let clustering = start::visible_clusters(scene, view, maps, genome.lights(), &mut rng);
-    let first = start::from_clusters(genome, &clustering.clusters);
+    let first = start::first(&session.scene, &session.view, maps, genome, &mut rng);
     let bounds = genome.bounds();
     Ok(match optimizer {
         Method::Ga => {
