@@ -49,11 +49,16 @@ pub struct SearchSettings {
 }
 
 impl SearchSettings {
+    /// Evaluations of the genetic algorithm's first generation, and of each later one.
+    pub fn generation_sizes(&self) -> (usize, usize) {
+        let population = self.genetic.population;
+        (population, population - self.genetic.elites())
+    }
+
     /// Evaluations of a whole genetic search.
     pub fn budget(&self) -> usize {
-        let GeneticSettings { population, generations, .. } = self.genetic;
-        let children = population - self.genetic.elites();
-        children.saturating_mul(generations - 1).saturating_add(population)
+        let (first, later) = self.generation_sizes();
+        later.saturating_mul(self.genetic.generations - 1).saturating_add(first)
     }
 }
 
