@@ -12,7 +12,7 @@ use crate::lighting::start::{self, StartSettings};
 use crate::optimize::{self, Descent, Genetic, Optimizer, Outcome, Progress};
 use crate::report::html::Sheet;
 use crate::report::json::{self, Design};
-use crate::report::{Staging, csv, picture, svg};
+use crate::report::{Staging, csv, picture, plot};
 use anyhow::{Result, anyhow};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -207,7 +207,7 @@ fn write(session: &mut Session, outcome: &Outcome, staging: &mut Staging) -> Res
     let lit = staging.path(LIT);
     crate::scene::lit::write(&session.scene.path, &session.view, &outcome.rig, &lit)?;
     staging.write("convergence.csv", csv::convergence(&outcome.history)?)?;
-    let plot = svg::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
+    let plot = plot::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
     staging.write("convergence.svg", plot)?;
     Ok(design)
 }

@@ -9,7 +9,7 @@ pub mod html;
 pub mod json;
 pub mod npy;
 pub mod picture;
-pub mod svg;
+pub mod plot;
 
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};

@@ -42,6 +42,9 @@ impl Effect {
     }
 }
 
+/// One number of the quality function.
+type Number = fn(&mut Objective) -> &mut f32;
+
 /// The unchanged function first, then every weight left out and doubled, and the targets and
 /// thresholds halved and doubled (the mean brightness: a fifth to each side).
 pub fn variants(base: &Objective) -> Vec<Variant> {
@@ -59,7 +62,7 @@ pub fn variants(base: &Objective) -> Vec<Variant> {
         add(format!("without F_{name}"), &|o| *weight(&mut o.weights) = 0.0);
         add(format!("F_{name} doubled"), &|o| *weight(&mut o.weights) *= 2.0);
     }
-    let numbers: [(&str, fn(&mut Objective) -> &mut f32, [f32; 2]); 4] = [
+    let numbers: [(&str, Number, [f32; 2]); 4] = [
         ("mean_target", |o| &mut o.mean_target, [0.8, 1.2]),
         ("edge_contrast", |o| &mut o.edge_contrast, [0.5, 2.0]),
         ("edge_sobel", |o| &mut o.edge_sobel, [0.5, 2.0]),

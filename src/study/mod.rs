@@ -97,8 +97,7 @@ impl Beginning {
     fn genetic(mut self, genome: &Genome, settings: &SearchSettings) -> Result<Genetic> {
         let bounds = genome.bounds();
         // The budget alone ends a study's search.
-        let genetic =
-            GeneticSettings { generations: usize::MAX, patience: 0, ..settings.genetic };
+        let genetic = GeneticSettings { generations: usize::MAX, patience: 0, ..settings.genetic };
         let (first, size) = (self.first, genetic.population);
         let population = start::population(bounds, first, size, &settings.start, &mut self.rng);
         Genetic::new(bounds, population, genetic, self.rng)

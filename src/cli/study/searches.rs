@@ -130,8 +130,12 @@ pub(super) fn convergence(options: &ConvergenceOptions) -> Result<()> {
     let mut study = search.open()?;
     let contest = search.contest(&mut study, &Method::ALL)?;
     let Study { mut session, staging, genome, settings, .. } = study;
-    let exhibit =
-        exhibit::contest::convergence(&contest, settings.generation_sizes(), &genome, &mut session)?;
+    let exhibit = exhibit::contest::convergence(
+        &contest,
+        settings.generation_sizes(),
+        &genome,
+        &mut session,
+    )?;
     let mut table = print::columns(&["", "median F"], &["lowest", "highest", "settled after"]);
     for method in &exhibit.data.methods {
         let last = method.last;
@@ -215,7 +219,17 @@ pub(super) fn ablation(options: &AblationOptions) -> Result<()> {
     let exhibit = exhibit::ablation::exhibit(&effects, &mut session)?;
     let mut table = print::columns(
         &["", "F"],
-        &["edge", "mean", "grad", "var", "hist", "white", "key elevation", "key off axis", "change"],
+        &[
+            "edge",
+            "mean",
+            "grad",
+            "var",
+            "hist",
+            "white",
+            "key elevation",
+            "key off axis",
+            "change",
+        ],
     );
     for variant in &exhibit.data.variants {
         let numbers = [variant.score].into_iter().chain(variant.terms.to_array());

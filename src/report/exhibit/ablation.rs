@@ -70,7 +70,9 @@ fn record(effect: &Effect) -> VariantRecord {
         dark: seen(&|i| share(i, 0)),
         white: seen(&|i| share(i, HISTOGRAM_BINS - 1)),
         key_elevation_deg: of_key(|light| light.elevation.to_degrees()),
-        key_from_viewer_deg: of_key(|light| light.direction().z.clamp(-1.0, 1.0).acos().to_degrees()),
+        key_from_viewer_deg: of_key(|light| {
+            light.direction().z.clamp(-1.0, 1.0).acos().to_degrees()
+        }),
         change: median(effect.changes.clone()),
     }
 }
@@ -87,8 +89,20 @@ pub fn exhibit(effects: &[Effect], studio: &mut dyn Studio) -> Result<Exhibit<Fi
         pictures.push((format!("{i:02}-{name}"), studio.paint(&effect.rigs[effect.median_run()])?));
     }
     let names = [
-        "variant", "score", "edge", "mean", "grad", "var", "hist", "mean_i", "deviation", "dark",
-        "white", "key_elevation_deg", "key_from_viewer_deg", "change",
+        "variant",
+        "score",
+        "edge",
+        "mean",
+        "grad",
+        "var",
+        "hist",
+        "mean_i",
+        "deviation",
+        "dark",
+        "white",
+        "key_elevation_deg",
+        "key_from_viewer_deg",
+        "change",
     ];
     let rows = variants.iter().map(|v| {
         let picture = (v.mean, v.deviation, v.dark, v.white);

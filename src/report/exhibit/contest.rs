@@ -108,7 +108,10 @@ pub fn convergence(
     let tables = vec![("convergence", table(&names, rows)?)];
     let mut pictures = Vec::new();
     for contestant in &contest.contestants {
-        pictures.push((stem(contestant.method).to_owned(), median_picture(contestant, genome, studio)?));
+        pictures.push((
+            stem(contestant.method).to_owned(),
+            median_picture(contestant, genome, studio)?,
+        ));
     }
     let runs = contest.contestants.first().map_or(0, |c| c.courses.len());
     let data = Courses { budget: contest.budget, runs, evaluations, methods };

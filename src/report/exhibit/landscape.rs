@@ -125,7 +125,8 @@ pub(super) fn heat_map(landscape: &Landscape, paths: &[Path]) -> Result<String> 
     let others: Vec<_> =
         landscape.minima.iter().map(|m| m.at).filter(|&at| at != landscape.best()).collect();
     let labels: Vec<String> = (2..others.len() + 2).map(|number| number.to_string()).collect();
-    let mark = |symbol, at: usize, label| Mark { symbol, at: position(&landscape.lights[at]), label };
+    let mark =
+        |symbol, at: usize, label| Mark { symbol, at: position(&landscape.lights[at]), label };
     let minima = others.iter().zip(&labels).enumerate();
     let mut marks: Vec<Mark> = minima
         .map(|(i, (&at, label))| mark(Symbol::Minimum, at, if i + 1 < NAMED { label } else { "" }))

@@ -97,9 +97,8 @@ pub fn exhibit(
     let rows = paths.iter().enumerate().flat_map(|(i, path)| {
         (0..path.lights.len()).map(move |step| (i + 1, step, end(path, step)))
     });
-    let rows = rows.map(|(descent, step, at)| {
-        (descent, step, at.elevation_deg, at.azimuth_deg, at.score)
-    });
+    let rows =
+        rows.map(|(descent, step, at)| (descent, step, at.elevation_deg, at.azimuth_deg, at.score));
     let names = ["descent", "step", "elevation_deg", "azimuth_deg", "score"];
     Ok(Exhibit { data, tables: vec![("starts", table(&names, rows)?)], plots, pictures })
 }

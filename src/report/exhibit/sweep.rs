@@ -50,7 +50,13 @@ impl TrialRecord {
     /// -1 where it is better than the standard beyond chance, 1 where it is worse, 0 otherwise.
     fn verdict(&self) -> i32 {
         let Comparison { median_difference, p_value, .. } = self.against_standard;
-        if p_value >= LEVEL { 0 } else if median_difference < 0.0 { -1 } else { 1 }
+        if p_value >= LEVEL {
+            0
+        } else if median_difference < 0.0 {
+            -1
+        } else {
+            1
+        }
     }
 }
 
@@ -80,8 +86,17 @@ pub fn exhibit(sweep: &Sweep) -> Result<Exhibit<Figures>> {
         trials: trials.clone(),
     };
     let names = [
-        "parameter", "value", "standard", "low", "first_quartile", "median", "third_quartile",
-        "high", "won", "median_difference", "p_value",
+        "parameter",
+        "value",
+        "standard",
+        "low",
+        "first_quartile",
+        "median",
+        "third_quartile",
+        "high",
+        "won",
+        "median_difference",
+        "p_value",
     ];
     let rows = trials.iter().map(|t| {
         let (Quartiles { low, first, median, third, high }, c) = (t.last, t.against_standard);
