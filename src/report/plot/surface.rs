@@ -9,16 +9,19 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 /// From where the surface is seen: turned about the vertical so that the nearest corner is that of
 /// the largest azimuth and the lowest elevation, and from above; degrees.
 const YAW: f32 = 32.0;
-const PITCH: f32 = 34.0;
+const PITCH: f32 = 40.0;
 /// Half the lengths of the box: azimuth, elevation, value.
-const BOX: [f32; 3] = [1.0, 0.8, 0.5];
+const BOX: [f32; 3] = [1.0, 0.8, 0.45];
 /// Room for numbers and names: left, right, above and below, pixels.
-const ROOM: [f32; 4] = [84.0, 30.0, 14.0, 46.0];
+const ROOM: [f32; 4] = [80.0, 34.0, 14.0, 44.0];
+/// A mesh line runs along every fifth row and column of the quadrilaterals.
+const LINE: usize = 5;
+const MESH: &str = "#0006";
 /// More quadrilaterals than this are thinned out.
 const MOST: usize = 4200;
 
 /// A field over azimuth and elevation as a surface of quadrilaterals in Viridis, the lowest value
-/// brightest, in a box with axes. A field of more than 4200 cells is drawn at every second (third, …)
+/// brightest, in a box with axes; where its lower side shows, that is darker. A field of more than 4200 cells is drawn at every second (third, …)
 /// sample; quadrilaterals with a missing corner are left out.
 ///
 /// # Errors
@@ -28,18 +31,38 @@ pub fn surface(field: &Field, size: (u32, u32)) -> Result<String, String> {
     let view = View::new(size);
     let (svg, ()) = theme::render(size, |root| draw_box(field, &view, root))?;
     let mut overlay = Overlay::default();
-    overlay.push(format_args!("<g stroke-width=\"0.4\" stroke-linejoin=\"round\">\n"));
-    for Quad { corners, color, .. } in quads(field, &view) {
-        let [[ax, ay], b, c, d] = corners;
+    // Lengths in tenths of a pixel are short whole numbers. Outlines cover the seams between pieces.
+    overlay.push(format_args!(
+        "<g transform=\"scale(.1)\" fill=\"currentColor\" stroke=\"currentColor\" \
+         stroke-width=\"5\" stroke-linejoin=\"round\">\n"
+    ));
+    for Quad { corners, color, mesh, .. } in quads(field, &view) {
+        let [a, b, c, d] =
+            corners.map(|corner| corner.map(|length| (10.0 * length).round() as i32));
         let color = hex(color);
-        overlay.push(format_args!("<path d=\"M{ax:.1} {ay:.1}"));
-        for [x, y] in [b, c, d] {
-            overlay.push(format_args!("L{x:.1} {y:.1}"));
-        }
-        overlay.push(format_args!("z\" fill=\"{color}\" stroke=\"{color}\"/>\n"));
+        overlay.push(format_args!("<path color=\"{color}\" d=\"{}z\"/>\n", outline(&[a, b, c, d])));
+        let edges = match mesh {
+            [false, false] => continue,
+            [true, false] => outline(&[d, a]),
+            [false, true] => outline(&[c, d]),
+            [true, true] => outline(&[c, d, a]),
+        };
+        overlay.push(format_args!("<path color=\"{MESH}\" fill=\"none\" d=\"{edges}\"/>\n"));
     }
     overlay.push(format_args!("</g>\n"));
     Ok(overlay.on(svg))
+}
+
+/// A line through points as SVG has it, relative to each other.
+fn outline(points: &[[i32; 2]]) -> String {
+    let mut text = String::from("m");
+    let mut last = [0, 0];
+    for &[x, y] in points {
+        text += &format!("{} {} ", x - last[0], y - last[1]);
+        last = [x, y];
+    }
+    text.truncate(text.trim_end().len());
+    text
 }
 
 /// A parallel projection of the box (−1..1 in azimuth, elevation and value) onto the plot.
@@ -80,10 +103,13 @@ impl View {
     }
 }
 
-/// A piece of the surface: its corners, pixels, and how far it is.
+/// A piece of the surface: its corners in pixels (counter-clockwise seen from above, from the lowest
+/// azimuth and elevation), whether mesh lines run along its far edges (at its lowest azimuth and its
+/// highest elevation), and how far it is.
 struct Quad {
     corners: [[f32; 2]; 4],
     color: RGBColor,
+    mesh: [bool; 2],
     away: f32,
 }
 
@@ -109,8 +135,8 @@ fn quads(field: &Field, view: &View) -> Vec<Quad> {
     };
     let height = |value: f32| 2.0 * (value - range.start) / (range.end - range.start) - 1.0;
     let mut quads = Vec::new();
-    for y in up.windows(2) {
-        for x in across.windows(2) {
+    for (row, y) in up.windows(2).enumerate() {
+        for (column, x) in across.windows(2).enumerate() {
             let corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])];
             let [Some(a), Some(b), Some(c), Some(d)] = corners.map(|(x, y)| value(x, y)) else {
                 continue;
@@ -118,15 +144,31 @@ fn quads(field: &Field, view: &View) -> Vec<Quad> {
             let heights = [a, b, c, d].map(height);
             let place = |k: usize| view.pixel([corners[k].0.0, corners[k].1.0, heights[k]]);
             let middle = [0.5 * (x[0].0 + x[1].0), 0.5 * (y[0].0 + y[1].0), 0.0];
+            let corners = [0, 1, 2, 3].map(place);
+            let color = field::color(0.25 * (a + b + c + d), &range);
             quads.push(Quad {
-                corners: [0, 1, 2, 3].map(place),
-                color: field::color(0.25 * (a + b + c + d), &range),
+                color: if from_above(&corners) { color } else { shaded(color) },
+                corners,
+                mesh: [column.is_multiple_of(LINE), (row + 1).is_multiple_of(LINE)],
                 away: View::turned(middle).1,
             });
         }
     }
     quads.sort_by(|a, b| b.away.total_cmp(&a.away));
     quads
+}
+
+/// Whether a piece shows its upper side.
+fn from_above([a, b, c, d]: &[[f32; 2]; 4]) -> bool {
+    let (across, up) = ([c[0] - a[0], c[1] - a[1]], [d[0] - b[0], d[1] - b[1]]);
+    // Pixels count downwards, which turns the sense of rotation round.
+    across[0] * up[1] - across[1] * up[0] < 0.0
+}
+
+/// The colour of a lower side.
+fn shaded(RGBColor(r, g, b): RGBColor) -> RGBColor {
+    let [r, g, b] = [r, g, b].map(|channel| channel / 5 * 3);
+    RGBColor(r, g, b)
 }
 
 /// The floor, the two walls behind the surface, and the axes with their numbers and names.
@@ -178,7 +220,7 @@ fn draw_box(field: &Field, view: &View, root: &Area) -> Drawn {
         text(&number(2, value), [-1.0, -1.0, unit(2, value)], (-8, 0), HPos::Right)?;
     }
     text("azimuth (°)", [-0.1, -1.0, -1.0], (-30, 40), HPos::Right)?;
-    text("elevation (°)", [1.0, 0.1, -1.0], (34, 36), HPos::Left)?;
+    text("elevation (°)", [1.0, 0.0, -1.0], (16, 46), HPos::Left)?;
     upright(root, &format!("{}, low is good", field.name), pixel([-1.0, -1.0, 0.0]))
 }
 
@@ -199,13 +241,14 @@ mod tests {
     fn a_surface_has_all_its_cells_and_axes() {
         let values = landscape();
         let plot = surface(&field(&values, 91), SIZE).unwrap();
-        assert_eq!(plot.matches("<path").count(), 90 * 45);
+        assert_eq!(plot.matches("z\"/>").count(), 90 * 45);
         assert!(plot.len() < 400_000, "{} bytes", plot.len());
         for text in ["azimuth (°)", "elevation (°)", "F, low is good", "−90", "45"] {
             assert!(plot.contains(text), "{text}");
         }
         let dense = vec![0.5; 300 * 200];
-        let count = surface(&field(&dense, 300), SIZE).unwrap().matches("<path").count();
+        assert_eq!(plot.matches("fill=\"none\" d=").count(), 18 * 45 + 9 * 90 - 18 * 9);
+        let count = surface(&field(&dense, 300), SIZE).unwrap().matches("z\"/>").count();
         assert!((1000..=MOST).contains(&count), "{count}");
     }
 
@@ -220,6 +263,9 @@ mod tests {
         assert_eq!((yellow.0, yellow.1), (254, 232));
         let green = |quad: &Quad| quad.color.1;
         assert!(quads.iter().map(green).max() > quads.iter().map(green).min());
+        assert!(quads.iter().all(|quad| from_above(&quad.corners)));
+        let [a, b, c, d] = quads[0].corners;
+        assert!(!from_above(&[a, d, c, b]));
     }
 
     #[test]
@@ -235,7 +281,7 @@ mod tests {
         ];
         for (values, columns, expected) in cases {
             let plot = surface(&field(values, columns), SIZE).unwrap();
-            assert_eq!(plot.matches("<path").count(), expected, "{values:?}");
+            assert_eq!(plot.matches("z\"/>").count(), expected, "{values:?}");
             assert!(plot.ends_with("</svg>\n") && !plot.contains("NaN"));
         }
         let point = Field { azimuth: [5.0; 2], elevation: [7.0; 2], ..field(&[0.5], 1) };

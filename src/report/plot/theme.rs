@@ -31,11 +31,11 @@ pub const THEME_CSS: &str = include_str!("theme.css");
 pub const SCORE: &str = "F, lower is better";
 
 /// The height of text, pixels.
-pub const TEXT: f32 = 14.0;
+pub const TEXT: f32 = 15.0;
 /// Room for an axis' numbers and name, pixels: below, and beside.
-pub const BELOW: u32 = 46;
+pub const BELOW: u32 = 48;
 /// See [`BELOW`].
-pub const BESIDE: u32 = 66;
+pub const BESIDE: u32 = 70;
 /// Room around a plot, pixels.
 pub const MARGIN: i32 = 12;
 
@@ -109,10 +109,13 @@ pub fn span(values: impl IntoIterator<Item = f32>) -> Range<f32> {
     low - room..high + room
 }
 
-/// A number of an axis: as many digits as its range needs.
+/// A number of an axis: as many digits as its ticks need.
 pub fn number(value: f32, range: &Range<f32>) -> String {
-    let step = (range.end - range.start).abs() / 6.0;
-    let digits = (-step.max(1e-6).log10()).ceil().clamp(0.0, 6.0) as usize;
+    let step = match ticks(range, 6)[..] {
+        [first, second, ..] => second - first,
+        _ => range.end - range.start,
+    };
+    let digits = (-step.max(1e-6).log10() - 1e-3).ceil().clamp(0.0, 6.0) as usize;
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {
         Some(zero) if zero.bytes().all(|byte| matches!(byte, b'0' | b'.')) => zero.into(),
