@@ -2,7 +2,9 @@
 
 use super::npm;
 use serde::Deserialize;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 /// What the browser says of a page.
 #[derive(Debug, Deserialize)]
@@ -57,18 +59,22 @@ pub fn check(page: &Path) -> Report {
     serde_json::from_slice(&printed).expect("the browser's report")
 }
 
-/// The program: `CHROMIUM`, or the first of the usual names on the path.
+/// The program: `CHROMIUM`, or the first of the usual names that starts.
 fn chromium() -> PathBuf {
+    let starts = |program: &OsStr| {
+        let mut command = Command::new(program);
+        command.arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
+        command.status().is_ok_and(|status| status.success())
+    };
     if let Some(program) = std::env::var_os("CHROMIUM").filter(|value| !value.is_empty()) {
-        let program = PathBuf::from(program);
-        assert!(program.is_file(), "CHROMIUM is set, but {} is no file", program.display());
-        return program;
+        assert!(starts(&program), "CHROMIUM is set, but {program:?} does not start");
+        return program.into();
     }
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let folders = std::env::var_os("PATH").unwrap_or_default();
     let folders: Vec<PathBuf> = std::env::split_paths(&folders).collect();
     let mut programs = names.iter().flat_map(|name| folders.iter().map(move |f| f.join(name)));
-    programs.find(|program| program.is_file()).unwrap_or_else(|| {
-        panic!("no Chromium: none of {names:?} is on the path; install one or set CHROMIUM")
+    programs.find(|program| starts(program.as_os_str())).unwrap_or_else(|| {
+        panic!("no Chromium: none of {names:?} starts; install one, or set CHROMIUM to another")
     })
 }
