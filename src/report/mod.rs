@@ -4,6 +4,7 @@
 //! when all are there.
 
 pub mod csv;
+pub mod exhibit;
 pub mod html;
 pub mod json;
 pub mod npy;
