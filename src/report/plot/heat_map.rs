@@ -89,7 +89,9 @@ pub fn heat_map(
     // The best is often a minimum too: its star stands out behind the disc.
     for symbol in [Symbol::Worst, Symbol::Best, Symbol::Minimum] {
         let marks = marks.iter().filter(|mark| mark.symbol == symbol);
-        for (index, mark) in marks.enumerate().filter(|(_, mark)| visible(&mark.at)) {
+        let marks = marks.enumerate().filter(|(_, mark)| visible(&mark.at));
+        // Where discs overlap, the first is on top.
+        for (index, mark) in marks.collect::<Vec<_>>().into_iter().rev() {
             let number = (index + 1).to_string();
             let label = if mark.label.is_empty() { &number } else { mark.label };
             draw_mark(&mut overlay, symbol, place(mark.at), label, STAR);

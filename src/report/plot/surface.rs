@@ -5,10 +5,11 @@ use super::overlay::{Overlay, hex};
 use super::theme::{self, Area, Drawn, RULE, SOFT};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::ops::Range;
 
 /// From where the surface is seen: turned about the vertical so that the nearest corner is that of
 /// the largest azimuth and the lowest elevation, and from above; degrees.
-const YAW: f32 = 32.0;
+const YAW: f32 = 38.0;
 const PITCH: f32 = 40.0;
 /// Half the lengths of the box: azimuth, elevation, value.
 const BOX: [f32; 3] = [1.0, 0.8, 0.45];
@@ -29,7 +30,11 @@ const MOST: usize = 4200;
 pub fn surface(field: &Field, size: (u32, u32)) -> Result<String, String> {
     field.check()?;
     let view = View::new(size);
-    let (svg, ()) = theme::render(size, |root| draw_box(field, &view, root))?;
+    let frame = Frame::new(field, &view);
+    let (svg, ()) = theme::render(size, |root| {
+        frame.draw_lines(root)?;
+        frame.draw_text(field.name, root)
+    })?;
     let mut overlay = Overlay::default();
     // Lengths in tenths of a pixel are short whole numbers. Outlines cover the seams between pieces.
     overlay.push(format_args!(
@@ -171,63 +176,89 @@ fn shaded(RGBColor(r, g, b): RGBColor) -> RGBColor {
     RGBColor(r, g, b)
 }
 
-/// The floor, the two walls behind the surface, and the axes with their numbers and names.
-fn draw_box(field: &Field, view: &View, root: &Area) -> Drawn {
-    let pixel = |at: [f32; 3]| {
-        let [x, y] = view.pixel(at);
-        (x.round() as i32, y.round() as i32)
-    };
-    let line = |points: &[[f32; 3]], color: RGBColor| {
-        root.draw(&PathElement::new(points.iter().map(|&at| pixel(at)).collect::<Vec<_>>(), color))
-    };
-    let degrees =
-        |[low, high]: [f32; 2]| if high > low { low..high } else { low - 0.5..high + 0.5 };
-    let axes = [degrees(field.azimuth), degrees(field.elevation), field.range()];
-    let ticks = [
-        theme::degree_ticks(&axes[0], 5),
-        theme::degree_ticks(&axes[1], 4),
-        theme::ticks(&axes[2], 5),
-    ];
-    let unit =
-        |k: usize, value: f32| 2.0 * (value - axes[k].start) / (axes[k].end - axes[k].start) - 1.0;
-    for (k, values) in ticks.iter().enumerate() {
-        for u in values.iter().map(|&value| unit(k, value)) {
-            // Across the floor and up a wall, or along both walls.
-            let points = match k {
-                0 => [[u, -1.0, -1.0], [u, 1.0, -1.0], [u, 1.0, 1.0]],
-                1 => [[1.0, u, -1.0], [-1.0, u, -1.0], [-1.0, u, 1.0]],
-                _ => [[-1.0, -1.0, u], [-1.0, 1.0, u], [1.0, 1.0, u]],
-            };
-            line(&points, RULE)?;
-        }
-    }
-    line(&[[-1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, 1.0, -1.0]], RULE)?;
-    line(&[[-1.0, 1.0, -1.0], [-1.0, -1.0, -1.0]], RULE)?;
-    line(&[[-1.0, -1.0, 1.0], [-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0]], SOFT)?;
-
-    let text = |text: &str, at: [f32; 3], (dx, dy): (i32, i32), h: HPos| {
-        let (x, y) = pixel(at);
-        root.draw_text(text, &theme::font(SOFT).pos(Pos::new(h, VPos::Center)), (x + dx, y + dy))
-    };
-    let number = |k: usize, value: f32| theme::number(value, &axes[k]);
-    for &value in &ticks[0] {
-        text(&number(0, value), [unit(0, value), -1.0, -1.0], (-8, 14), HPos::Center)?;
-    }
-    for &value in &ticks[1] {
-        text(&number(1, value), [1.0, unit(1, value), -1.0], (8, 10), HPos::Left)?;
-    }
-    for &value in &ticks[2] {
-        text(&number(2, value), [-1.0, -1.0, unit(2, value)], (-8, 0), HPos::Right)?;
-    }
-    text("azimuth (°)", [-0.1, -1.0, -1.0], (-30, 40), HPos::Right)?;
-    text("elevation (°)", [1.0, 0.0, -1.0], (16, 46), HPos::Left)?;
-    upright(root, &format!("{}, low is good", field.name), pixel([-1.0, -1.0, 0.0]))
+/// The box around a surface: the ranges of azimuth, elevation and value, and their ticks.
+struct Frame<'a> {
+    view: &'a View,
+    ranges: [Range<f32>; 3],
+    ticks: [Vec<f32>; 3],
 }
 
-/// The name of the vertical axis, on the left of its numbers.
-fn upright(root: &Area, text: &str, (x, y): (i32, i32)) -> Drawn {
-    let style = theme::centred(&theme::font(SOFT), VPos::Bottom);
-    root.draw_text(text, &style.transform(FontTransform::Rotate270), (x - 54, y))
+impl<'a> Frame<'a> {
+    fn new(field: &Field, view: &'a View) -> Self {
+        let degrees =
+            |[low, high]: [f32; 2]| if high > low { low..high } else { low - 0.5..high + 0.5 };
+        let ranges = [degrees(field.azimuth), degrees(field.elevation), field.range()];
+        let ticks = [
+            theme::degree_ticks(&ranges[0], 5),
+            theme::degree_ticks(&ranges[1], 4),
+            theme::ticks(&ranges[2], 5),
+        ];
+        Self { view, ranges, ticks }
+    }
+
+    /// The pixel of a place in the box, −1..1.
+    fn pixel(&self, at: [f32; 3]) -> (i32, i32) {
+        let [x, y] = self.view.pixel(at);
+        (x.round() as i32, y.round() as i32)
+    }
+
+    /// The ticks of an axis: places in the box, −1..1, and numbers.
+    fn numbers(&self, axis: usize) -> impl Iterator<Item = (f32, String)> + '_ {
+        let range = &self.ranges[axis];
+        let place = |value: f32| 2.0 * (value - range.start) / (range.end - range.start) - 1.0;
+        self.ticks[axis].iter().map(move |&value| (place(value), theme::number(value, range)))
+    }
+
+    /// The floor and the two walls behind the surface with their grid, and the axes in front.
+    fn draw_lines(&self, root: &Area) -> Drawn {
+        let line = |points: &[[f32; 3]], color: RGBColor| {
+            let points: Vec<_> = points.iter().map(|&at| self.pixel(at)).collect();
+            root.draw(&PathElement::new(points, color))
+        };
+        for axis in 0..3 {
+            for (u, _) in self.numbers(axis) {
+                // Across the floor and up a wall, or along both walls.
+                let points = match axis {
+                    0 => [[u, -1.0, -1.0], [u, 1.0, -1.0], [u, 1.0, 1.0]],
+                    1 => [[1.0, u, -1.0], [-1.0, u, -1.0], [-1.0, u, 1.0]],
+                    _ => [[-1.0, -1.0, u], [-1.0, 1.0, u], [1.0, 1.0, u]],
+                };
+                line(&points, RULE)?;
+            }
+        }
+        line(&[[-1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, 1.0, -1.0]], RULE)?;
+        line(&[[-1.0, 1.0, -1.0], [-1.0, -1.0, -1.0]], RULE)?;
+        let front = [[-1.0, -1.0, 1.0], [-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0]];
+        line(&front, SOFT)
+    }
+
+    /// The numbers and names of the axes.
+    fn draw_text(&self, name: &str, root: &Area) -> Drawn {
+        let text = |text: &str, at: [f32; 3], (dx, dy): (i32, i32), h: HPos| {
+            let (x, y) = self.pixel(at);
+            let style = theme::font(SOFT).pos(Pos::new(h, VPos::Center));
+            root.draw_text(text, &style, (x + dx, y + dy))
+        };
+        for (u, number) in self.numbers(0) {
+            text(&number, [u, -1.0, -1.0], (-8, 14), HPos::Center)?;
+        }
+        for (u, number) in self.numbers(1) {
+            text(&number, [1.0, u, -1.0], (8, 10), HPos::Left)?;
+        }
+        for (u, number) in self.numbers(2) {
+            text(&number, [-1.0, -1.0, u], (-8, 0), HPos::Right)?;
+        }
+        text("azimuth (°)", [-0.1, -1.0, -1.0], (-30, 40), HPos::Right)?;
+        // As far to the right as the plot's border allows.
+        let elevation = "elevation (°)";
+        let (x, _) = self.pixel([1.0, 0.0, -1.0]);
+        let beyond = x + 16 + theme::width(elevation) - root.dim_in_pixel().0 as i32;
+        text(elevation, [1.0, 0.0, -1.0], (16 - beyond.max(0), 52), HPos::Left)?;
+        let (x, y) = self.pixel([-1.0, -1.0, 0.0]);
+        let upright = theme::centred(&theme::font(SOFT), VPos::Bottom);
+        let upright = upright.transform(FontTransform::Rotate270);
+        root.draw_text(&format!("{name}, low is good"), &upright, (x - 54, y))
+    }
 }
 
 #[cfg(test)]
