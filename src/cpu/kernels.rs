@@ -2,76 +2,120 @@
 //! machine's best is chosen at run time. All of them give the same bits: every sum is taken in
 //! [`LANES`] parts in a fixed order.
 
-use super::compact::{Pixels, Run};
-use super::fast_math::{exp2, ln, reciprocal_sqrt, srgb_encode};
+use super::compact::{Group, LANES, Lanes, Run};
+use super::fast_math::{exp2, log2, reciprocal_sqrt, srgb_encode};
 use crate::lighting::LightRecord;
 use crate::objective::HISTOGRAM_BINS;
+use bytemuck::{Pod, Zeroable};
 use multiversion::multiversion;
-use std::ops::Range;
-
-/// Partial sums of each sum: one for each lane of the widest vectors.
-const LANES: usize = 16;
 
 /// Terms that are added in single precision before a sum goes on in double precision.
 const SUM_BLOCK: usize = 64 * LANES;
 
-/// Pixels that are shaded under all lights before the next ones, so that they stay in the cache.
-const SHADE_BLOCK: usize = 512;
+/// Groups that are shaded under the lights of all rigs before the next ones, so that they stay in the
+/// first cache: 7 KiB.
+const SHADE_BLOCK: usize = 8;
 
-/// The picture `I` of the pixels `range` under a rig; see [`crate::cpu::population`].
+/// Bytes of the widest vectors.
+const BYTES: usize = 64;
+
+/// Pixels whose bins are counted together; in each of [`BYTES`] places fewer than 256.
+const COUNT_BLOCK: usize = 64 * BYTES;
+
+/// A picture's pixels, group by group.
+#[repr(C, align(64))]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+pub struct Tile(Lanes);
+
+/// The pictures `I` of `groups` under rigs of `lights` lights each, one for each piece of `pictures`
+/// of `stride` tiles; see [`crate::cpu::population`].
 #[multiversion(targets = "simd")]
-pub fn shade(pixels: &Pixels, range: Range<usize>, rig: &[LightRecord], picture: &mut [f32]) {
-    for (block, out) in picture.chunks_mut(SHADE_BLOCK).enumerate() {
-        let start = range.start + block * SHADE_BLOCK;
-        out.copy_from_slice(&pixels.unlit[start..start + out.len()]);
-        for light in rig {
-            if light.radius2 > 0.0 {
-                add_light::<true>(pixels, start, light, out);
-            } else {
-                add_light::<false>(pixels, start, light, out);
-            }
+pub fn shade(
+    groups: &[Group],
+    rigs: &[LightRecord],
+    lights: usize,
+    pictures: &mut [Tile],
+    stride: usize,
+) {
+    for (block, groups) in groups.chunks(SHADE_BLOCK).enumerate() {
+        let pictures = pictures.chunks_exact_mut(stride);
+        for (rig, picture) in rigs.chunks_exact(lights).zip(pictures) {
+            shade_block(groups, rig, &mut picture[block * SHADE_BLOCK..][..groups.len()]);
         }
-        for i in out {
+    }
+}
+
+#[inline(always)]
+fn shade_block(groups: &[Group], rig: &[LightRecord], tiles: &mut [Tile]) {
+    for (group, tile) in groups.iter().zip(&mut *tiles) {
+        tile.0 = group.unlit;
+    }
+    for light in rig {
+        if light.radius2 > 0.0 {
+            add_light::<true>(groups, light, tiles);
+        } else {
+            add_light::<false>(groups, light, tiles);
+        }
+    }
+    for tile in tiles {
+        for i in &mut tile.0 {
             *i = srgb_encode(*i);
         }
     }
 }
 
-/// Adds one light's luminance to the pixels from `start` on; the formula is [`crate::lighting::shading::light_response`].
+/// Adds one light's luminance; the formula is [`crate::lighting::shading::light_response`].
 #[inline(always)]
-fn add_light<const POINT: bool>(
-    pixels: &Pixels,
-    start: usize,
-    light: &LightRecord,
-    out: &mut [f32],
-) {
-    // Slices of one visible length: a bounds check left in the loop would leave its end to scalar code.
-    let n = out.len();
-    let [px, py, pz] = pixels.position.each_ref().map(|c| &c[start..][..n]);
-    let [nx, ny, nz] = pixels.normal.each_ref().map(|c| &c[start..][..n]);
-    let [vx, vy, vz] = pixels.to_viewer.each_ref().map(|c| &c[start..][..n]);
-    let diffuse = &pixels.diffuse[start..][..n];
-    let specular = &pixels.specular[start..][..n];
-    let exponent = &pixels.exponent[start..][..n];
-    let [x, y, z] = light.position;
-    for i in 0..n {
-        let (mut lx, mut ly, mut lz, mut falloff) = (x, y, z, 1.0);
-        if POINT {
-            (lx, ly, lz) = (x - px[i], y - py[i], z - pz[i]);
-            let inverse = reciprocal_sqrt(lx * lx + ly * ly + lz * lz);
-            (lx, ly, lz) = (lx * inverse, ly * inverse, lz * inverse);
-            falloff = light.radius2 * (inverse * inverse);
+fn add_light<const POINT: bool>(groups: &[Group], light: &LightRecord, tiles: &mut [Tile]) {
+    let scale = if POINT { light.radius2 } else { 1.0 };
+    let (diffuse, specular) = (light.diffuse * scale, light.specular * scale);
+    for (group, tile) in groups.iter().zip(tiles) {
+        // Neighbours are alike: often all of a group are turned away from the light.
+        let mut lit = 0;
+        for k in 0..LANES {
+            let [x, y, z] = to_light::<POINT>(group, light, k);
+            lit |= !dot_normal(group, k, [x, y, z]).to_bits() >> 31;
         }
-        let n_l = nx[i] * lx + ny[i] * ly + nz[i] * lz;
-        let (hx, hy, hz) = (lx + vx[i], ly + vy[i], lz + vz[i]);
-        let along = nx[i] * hx + ny[i] * hy + nz[i] * hz;
-        let n_h = along * reciprocal_sqrt(hx * hx + hy * hy + hz * hz);
-        let n_h = if n_h > 0.0 { n_h } else { 0.0 };
-        let highlight = exp2(exponent[i] * ln(n_h));
-        let strength = if n_l > 0.0 { falloff * n_l } else { 0.0 };
-        let reflected = light.diffuse * diffuse[i] + light.specular * (specular[i] * highlight);
-        out[i] += strength * reflected;
+        if lit == 0 {
+            continue;
+        }
+        for k in 0..LANES {
+            let [x, y, z] = to_light::<POINT>(group, light, k);
+            let square = x.mul_add(x, y.mul_add(y, z * z));
+            let inverse = if POINT { reciprocal_sqrt(square) } else { 1.0 };
+            let n_l = dot_normal(group, k, [x, y, z]) * inverse;
+            let hx = x.mul_add(inverse, group.to_viewer[0][k]);
+            let hy = y.mul_add(inverse, group.to_viewer[1][k]);
+            let hz = z.mul_add(inverse, group.to_viewer[2][k]);
+            // The summand keeps 0/0 away.
+            let square = hx.mul_add(hx, hy.mul_add(hy, hz.mul_add(hz, f32::MIN_POSITIVE)));
+            let along = n_l + group.facing[k];
+            let n_h2 = along * along / square;
+            let n_h2 = if n_h2 < 1.0 { n_h2 } else { 1.0 };
+            let highlight = exp2(group.exponent[k] * log2(n_h2));
+            let strength = if n_l > 0.0 { n_l * (inverse * inverse) } else { 0.0 };
+            let reflected =
+                diffuse.mul_add(group.diffuse[k], specular * (group.specular[k] * highlight));
+            tile.0[k] = strength.mul_add(reflected, tile.0[k]);
+        }
     }
+}
+
+/// From the group's pixel `k` to a point light, the unit direction to a directional one.
+#[inline(always)]
+fn to_light<const POINT: bool>(group: &Group, light: &LightRecord, k: usize) -> [f32; 3] {
+    let [x, y, z] = light.position;
+    if !POINT {
+        return [x, y, z];
+    }
+    let [px, py, pz] = &group.position;
+    [x - px[k], y - py[k], z - pz[k]]
+}
+
+#[inline(always)]
+fn dot_normal(group: &Group, k: usize, [x, y, z]: [f32; 3]) -> f32 {
+    let [nx, ny, nz] = &group.normal;
+    nx[k].mul_add(x, ny[k].mul_add(y, nz[k] * z))
 }
 
 /// Sum and sum of squared deviations from the mean.
@@ -85,34 +129,41 @@ pub fn moments(picture: &[f32]) -> (f64, f64) {
     (total, squares - count * off * off)
 }
 
-/// Adds a picture to its histogram.
+/// Counts a picture's pixels in bins.
 #[multiversion(targets = "simd")]
-pub fn histogram(picture: &[f32], bins: &mut [u32; HISTOGRAM_BINS]) {
-    // Neighbours are often alike: counting them apart keeps an increment from waiting on the last.
-    let mut parts = [[0u32; HISTOGRAM_BINS]; LANES];
-    let mut chunks = picture.chunks_exact(LANES);
-    for chunk in &mut chunks {
-        let mut bin = [0usize; LANES];
-        for k in 0..LANES {
-            bin[k] = bin_of(chunk[k]);
+pub fn histogram(picture: &[f32]) -> [u32; HISTOGRAM_BINS] {
+    // For each bin how many pixels lie in it or above: comparing all pixels with all bins in vectors
+    // of bytes is faster than one increment after another, and takes the same time for any picture.
+    let mut at_least = [0; HISTOGRAM_BINS + 1];
+    for block in picture.chunks(COUNT_BLOCK) {
+        let mut bins = [0; COUNT_BLOCK];
+        for (bin, &i) in bins.iter_mut().zip(block) {
+            *bin = bin_of(i);
         }
-        for k in 0..LANES {
-            parts[k][bin[k]] += 1;
-        }
-    }
-    for &i in chunks.remainder() {
-        bins[bin_of(i)] += 1;
-    }
-    for part in parts {
-        for (bin, count) in bins.iter_mut().zip(part) {
-            *bin += count;
+        let bins = &bins[..block.len().next_multiple_of(BYTES)];
+        at_least[0] += block.len() as u32;
+        for k in 1..HISTOGRAM_BINS {
+            at_least[k] += count(bins, k as i8);
         }
     }
+    std::array::from_fn(|k| at_least[k] - at_least[k + 1])
+}
+
+/// How many numbers are not below `bin`; at most 255 for each of the [`BYTES`] places.
+#[inline(always)]
+fn count(bins: &[i8], bin: i8) -> u32 {
+    let mut counts = [0u8; BYTES];
+    for chunk in bins.chunks_exact(BYTES) {
+        for k in 0..BYTES {
+            counts[k] += u8::from(chunk[k] >= bin);
+        }
+    }
+    counts.iter().map(|&count| u32::from(count)).sum()
 }
 
 #[inline(always)]
-fn bin_of(i: f32) -> usize {
-    ((i * HISTOGRAM_BINS as f32) as i32).clamp(0, HISTOGRAM_BINS as i32 - 1) as usize
+fn bin_of(i: f32) -> i8 {
+    ((i * HISTOGRAM_BINS as f32) as i32).clamp(0, HISTOGRAM_BINS as i32 - 1) as i8
 }
 
 /// Sum of `|∇I|` over runs of pixels whose neighbourhoods lie in the object. `lengths` is scratch
