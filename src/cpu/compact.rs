@@ -67,6 +67,9 @@ pub struct Run {
     pub len: u32,
 }
 
+/// The pixels around one, row by row from the top.
+pub type Taps = [u32; 8];
+
 /// Some rows of the picture, measured together.
 #[derive(Debug, Clone, Default)]
 pub struct Band {
@@ -77,10 +80,10 @@ pub struct Band {
     pub groups: Range<usize>,
     /// Inner SURFACE pixels.
     pub runs: Vec<Run>,
-    /// Neighbourhoods of the other SURFACE pixels, counted as `own`.
-    pub surface: Vec<[u32; 9]>,
-    /// Neighbourhoods of the EDGE pixels.
-    pub edge: Vec<[u32; 9]>,
+    /// Surroundings of the other SURFACE pixels, counted as `own`.
+    pub surface: Vec<Taps>,
+    /// Surroundings of the EDGE pixels, counted likewise.
+    pub edge: Vec<Taps>,
 }
 
 impl Pixels {
@@ -151,10 +154,11 @@ impl Pixels {
         for &at in &self.at[own] {
             let at = at as usize;
             let taps = neighbourhood::within_object(&maps.types, width, height, at);
-            let inner = (0..9).all(|k| k == 4 || taps[k] != at);
+            let around = [0, 1, 2, 3, 5, 6, 7, 8].map(|k| taps[k]);
+            let inner = around.iter().all(|&tap| tap != at);
             match maps.types[at] {
-                PixelType::Edge => band.edge.push(taps.map(local)),
-                _ if !inner => band.surface.push(taps.map(local)),
+                PixelType::Edge => band.edge.push(around.map(local)),
+                _ if !inner => band.surface.push(around.map(local)),
                 _ => {
                     // Rows do not run together: their first and last pixels are never inner.
                     match band.runs.last_mut() {

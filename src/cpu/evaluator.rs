@@ -34,8 +34,9 @@ pub struct CpuEvaluator {
     bands: Vec<Band>,
     /// Of the last chunk: all rigs' parts of the first band, then of the next.
     parts: Vec<Part>,
-    /// What no task uses at the moment.
-    scratch: Mutex<Vec<Scratch>>,
+    /// Room for the pictures of a task, [`TASK_RIGS`] of [`CpuEvaluator::stride`] tiles each, that no
+    /// task uses at the moment.
+    rooms: Mutex<Vec<Vec<Tile>>>,
     device: DeviceInfo,
 }
 
@@ -53,21 +54,13 @@ struct Part {
     histogram: [u32; HISTOGRAM_BINS],
 }
 
-/// Memory of one task.
-#[derive(Debug)]
-struct Scratch {
-    /// Pictures of [`TASK_RIGS`] rigs, [`CpuEvaluator::stride`] tiles each.
-    pictures: Vec<Tile>,
-    lengths: Vec<f32>,
-}
-
 impl CpuEvaluator {
     /// An evaluator of the view that `maps` describes.
     pub fn new(maps: Maps, view: &View, objective: Objective, shading: Shading) -> Self {
         let pixels = Pixels::new(&maps, view, &shading);
         let bands = pixels.bands(&maps);
-        let (parts, scratch) = Default::default();
-        Self { maps, objective, pixels, bands, parts, scratch, device: device() }
+        let (parts, rooms) = Default::default();
+        Self { maps, objective, pixels, bands, parts, rooms, device: device() }
     }
 
     /// Tiles of a picture of any band.
@@ -75,43 +68,40 @@ impl CpuEvaluator {
         self.bands.iter().map(|band| band.groups.len()).max().unwrap_or(0).max(1)
     }
 
-    fn with_scratch<T>(&self, work: impl FnOnce(&mut Scratch) -> T) -> T {
-        let pool = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        let spare = pool().pop();
-        let mut scratch = spare.unwrap_or_else(|| Scratch {
-            pictures: vec![Tile::default(); TASK_RIGS * self.stride()],
-            lengths: vec![0.0; self.maps.surface.width as usize],
-        });
-        let result = work(&mut scratch);
-        pool().push(scratch);
+    fn with_room<T>(&self, work: impl FnOnce(&mut [Tile]) -> T) -> T {
+        let rooms = || self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
+        let spare = rooms().pop();
+        let mut room = spare.unwrap_or_else(|| vec![Tile::default(); TASK_RIGS * self.stride()]);
+        let result = work(&mut room);
+        rooms().push(room);
         result
     }
 
-    /// Shades some rigs in one band and measures them; the pictures stay in the scratch space.
+    /// Shades some rigs in one band and measures them; the pictures stay in the room.
     fn measure(
         &self,
         band: &Band,
         rigs: &[LightRecord],
         lights: usize,
-        scratch: &mut Scratch,
+        room: &mut [Tile],
         parts: &mut [Part],
     ) {
         let groups = &self.pixels.groups[band.groups.clone()];
         let stride = self.stride();
-        kernels::shade(groups, rigs, lights, &mut scratch.pictures, stride);
-        for (part, picture) in parts.iter_mut().zip(scratch.pictures.chunks_exact(stride)) {
-            *part = self.part(band, bytemuck::cast_slice(picture), &mut scratch.lengths);
+        kernels::shade(groups, rigs, lights, room, stride);
+        for (part, picture) in parts.iter_mut().zip(room.chunks_exact(stride)) {
+            *part = self.part(band, bytemuck::cast_slice(picture));
         }
     }
 
     /// Measures one rig's picture of a band.
-    fn part(&self, band: &Band, picture: &[f32], lengths: &mut [f32]) -> Part {
+    fn part(&self, band: &Band, picture: &[f32]) -> Part {
         let own = &picture[band.own.clone()];
         let (sum, squares) = kernels::moments(own);
-        let inner = kernels::interior_gradient(picture, &band.runs, lengths);
-        let outer = kernels::tapped_gradient(picture, &band.surface, |length| length);
-        let full = self.objective.edge_contrast;
-        let edge = kernels::tapped_gradient(picture, &band.edge, |length| (length / full).min(1.0));
+        let inner = kernels::interior_gradient(picture, &band.runs);
+        let outer = kernels::tapped_gradient(picture, &band.surface, 1.0, f32::MAX);
+        let full = 1.0 / self.objective.edge_contrast;
+        let edge = kernels::tapped_gradient(picture, &band.edge, full, 1.0);
         Part { sum, squares, edge, gradient: inner + outer, histogram: kernels::histogram(own) }
     }
 
@@ -130,7 +120,7 @@ impl CpuEvaluator {
                 tasks.map(move |(parts, rigs)| (band, parts, rigs))
             })
             .for_each(|(band, parts, rigs)| {
-                self.with_scratch(|scratch| self.measure(band, rigs, lights, scratch, parts));
+                self.with_room(|room| self.measure(band, rigs, lights, room, parts));
             });
         for (rig, score) in scores.iter_mut().enumerate() {
             let statistics = self.statistics(parts.iter().skip(rig).step_by(rigs));
@@ -191,10 +181,10 @@ impl Evaluator for CpuEvaluator {
         let mut parts = vec![Part::default(); self.bands.len()];
         let mut at = self.pixels.at.iter();
         for (band, part) in self.bands.iter().zip(&mut parts) {
-            self.with_scratch(|scratch| {
+            self.with_room(|room| {
                 let part = std::slice::from_mut(part);
-                self.measure(band, population.records(), rig.len(), scratch, part);
-                let own: &[f32] = bytemuck::cast_slice(&scratch.pictures);
+                self.measure(band, population.records(), rig.len(), room, part);
+                let own: &[f32] = bytemuck::cast_slice(room);
                 for (&i, &at) in own[band.own.clone()].iter().zip(&mut at) {
                     picture[at as usize] = i;
                 }

@@ -16,11 +16,8 @@ const SUM_BLOCK: usize = 64 * LANES;
 /// first cache: 7 KiB.
 const SHADE_BLOCK: usize = 8;
 
-/// Bytes of the widest vectors.
-const BYTES: usize = 64;
-
-/// Pixels whose bins are counted together; in each of [`BYTES`] places fewer than 256.
-const COUNT_BLOCK: usize = 64 * BYTES;
+/// Pixels whose bins are kept before they are counted.
+const COUNT_BLOCK: usize = 32 * LANES;
 
 /// A picture's pixels, group by group.
 #[repr(C, align(64))]
@@ -132,73 +129,101 @@ pub fn moments(picture: &[f32]) -> (f64, f64) {
 /// Counts a picture's pixels in bins.
 #[multiversion(targets = "simd")]
 pub fn histogram(picture: &[f32]) -> [u32; HISTOGRAM_BINS] {
-    // For each bin how many pixels lie in it or above: comparing all pixels with all bins in vectors
-    // of bytes is faster than one increment after another, and takes the same time for any picture.
-    let mut at_least = [0; HISTOGRAM_BINS + 1];
+    // Neighbours are often alike: counting them apart keeps an increment from waiting on the last.
+    let mut counts = [[0u32; HISTOGRAM_BINS]; LANES];
     for block in picture.chunks(COUNT_BLOCK) {
         let mut bins = [0; COUNT_BLOCK];
         for (bin, &i) in bins.iter_mut().zip(block) {
             *bin = bin_of(i);
         }
-        let bins = &bins[..block.len().next_multiple_of(BYTES)];
-        at_least[0] += block.len() as u32;
-        for k in 1..HISTOGRAM_BINS {
-            at_least[k] += count(bins, k as i8);
+        for bins in bins[..block.len()].chunks(LANES) {
+            for (counts, &bin) in counts.iter_mut().zip(bins) {
+                counts[usize::from(bin) % HISTOGRAM_BINS] += 1;
+            }
         }
     }
-    std::array::from_fn(|k| at_least[k] - at_least[k + 1])
+    std::array::from_fn(|bin| counts.iter().map(|counts| counts[bin]).sum())
 }
 
-/// How many numbers are not below `bin`; at most 255 for each of the [`BYTES`] places.
+/// `min(31, floor(32·i))`, 0 for what is not above 0.
 #[inline(always)]
-fn count(bins: &[i8], bin: i8) -> u32 {
-    let mut counts = [0u8; BYTES];
-    for chunk in bins.chunks_exact(BYTES) {
-        for k in 0..BYTES {
-            counts[k] += u8::from(chunk[k] >= bin);
-        }
-    }
-    counts.iter().map(|&count| u32::from(count)).sum()
+fn bin_of(i: f32) -> u8 {
+    const LAST: f32 = (HISTOGRAM_BINS - 1) as f32;
+    let scaled = i * HISTOGRAM_BINS as f32;
+    let positive = if scaled > 0.0 { scaled } else { 0.0 };
+    let bin = if positive < LAST { positive } else { LAST };
+    // `as` would look for values out of range once more, which takes longer than all of the rest.
+    // SAFETY: `bin` lies in 0..=31; where `i` is not a number the first comparison has made it 0.
+    let bin: i32 = unsafe { bin.to_int_unchecked() };
+    bin as u8
 }
 
-#[inline(always)]
-fn bin_of(i: f32) -> i8 {
-    ((i * HISTOGRAM_BINS as f32) as i32).clamp(0, HISTOGRAM_BINS as i32 - 1) as i8
-}
-
-/// Sum of `|∇I|` over runs of pixels whose neighbourhoods lie in the object. `lengths` is scratch
-/// space for the longest run.
+/// Sum of `|∇I|` over runs of pixels whose neighbourhoods lie in the object.
 #[multiversion(targets = "simd")]
-pub fn interior_gradient(picture: &[f32], runs: &[Run], lengths: &mut [f32]) -> f64 {
+pub fn interior_gradient(picture: &[f32], runs: &[Run]) -> f64 {
     let mut total = 0.0;
     for run in runs {
-        let row = |start: u32| &picture[start as usize..(start + run.len) as usize + 2];
-        let (above, here, below) = (row(run.above), row(run.here), row(run.below));
-        let lengths = &mut lengths[..run.len as usize];
-        for (i, length) in lengths.iter_mut().enumerate() {
-            let x = (above[i + 2] - above[i])
-                + 2.0 * (here[i + 2] - here[i])
-                + (below[i + 2] - below[i]);
-            let y = (below[i] - above[i])
-                + 2.0 * (below[i + 1] - above[i + 1])
-                + (below[i + 2] - above[i + 2]);
-            *length = (x * x + y * y).sqrt() * 0.125;
-        }
-        total += sum(lengths, |length| length);
+        let row = |start: u32| &picture[start as usize..][..run.len as usize + 2];
+        total += run_gradient(row(run.above), row(run.here), row(run.below));
     }
     total
 }
 
-/// Sum of `f(|∇I|)` over pixels that name their nine taps.
-pub fn tapped_gradient(picture: &[f32], taps: &[[u32; 9]], f: impl Fn(f32) -> f32) -> f64 {
-    taps.iter()
-        .map(|taps| {
-            let t = taps.map(|tap| picture[tap as usize]);
-            let x = (t[2] - t[0]) + 2.0 * (t[5] - t[3]) + (t[8] - t[6]);
-            let y = (t[6] - t[0]) + 2.0 * (t[7] - t[1]) + (t[8] - t[2]);
-            f64::from(f((x * x + y * y).sqrt() * 0.125))
-        })
-        .sum()
+/// The same over one run, of rows that are two pixels longer than it.
+#[inline(always)]
+fn run_gradient(above: &[f32], here: &[f32], below: &[f32]) -> f64 {
+    let len = here.len() - 2;
+    let mut lanes = [0.0; LANES];
+    let mut at = 0;
+    while at + LANES <= len {
+        let rows = [above, here, below].map(|row| &row[at..at + LANES + 2]);
+        for k in 0..LANES {
+            lanes[k] += row_gradient(rows, k);
+        }
+        at += LANES;
+    }
+    for k in at..len {
+        lanes[k - at] += row_gradient([above, here, below], k);
+    }
+    lanes.iter().map(|&lane| f64::from(lane)).sum()
+}
+
+/// `|∇I|` in the pixel to the right of pixel `k` of a row.
+#[inline(always)]
+fn row_gradient([a, h, b]: [&[f32]; 3], k: usize) -> f32 {
+    gradient([a[k], a[k + 1], a[k + 2], h[k], h[k + 2], b[k], b[k + 1], b[k + 2]])
+}
+
+/// `|∇I|` from the taps around a pixel, row by row.
+#[inline(always)]
+fn gradient([a, b, c, d, f, g, h, i]: [f32; 8]) -> f32 {
+    let x = 2.0f32.mul_add(f - d, (c - a) + (i - g));
+    let y = 2.0f32.mul_add(h - b, (g - a) + (i - c));
+    let square = x.mul_add(x, y * y);
+    square * reciprocal_sqrt(square) * 0.125
+}
+
+/// Sum of `min(most, scale·|∇I|)` over pixels that name their taps.
+#[multiversion(targets = "simd")]
+pub fn tapped_gradient(picture: &[f32], taps: &[[u32; 8]], scale: f32, most: f32) -> f64 {
+    let mut total = 0.0;
+    for taps in taps.chunks(LANES) {
+        let mut around = [[0.0; LANES]; 8];
+        for (lane, taps) in taps.iter().enumerate() {
+            for k in 0..8 {
+                around[k][lane] = picture[taps[k] as usize];
+            }
+        }
+        let mut lengths = [0.0; LANES];
+        for k in 0..LANES {
+            let [a, b, c, d, f, g, h, i] = &around;
+            let taps = [a[k], b[k], c[k], d[k], f[k], g[k], h[k], i[k]];
+            let length = gradient(taps) * scale;
+            lengths[k] = if length < most { length } else { most };
+        }
+        total += lengths.iter().map(|&length| f64::from(length)).sum::<f64>();
+    }
+    total
 }
 
 /// Sum of `f` over `values`.
