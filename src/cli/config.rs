@@ -4,7 +4,7 @@
 use super::values::{Device, Lights, Size};
 use crate::error::within;
 use crate::lighting::LightKind;
-use crate::lighting::genome::Boxes;
+use crate::lighting::genome::{Boxes, Genome};
 use crate::lighting::shading::Shading;
 use crate::lighting::start::StartSettings;
 use crate::objective::Objective;
@@ -127,6 +127,23 @@ impl ViewSettings {
     pub fn framed(&self) -> bool {
         [self.azimuth, self.elevation, self.fov, self.fill].iter().any(Option::is_some)
     }
+
+    /// Puts what `over` names in the place of these. A camera of the file and the framing displace
+    /// each other.
+    pub fn overlay(&mut self, over: &Self) {
+        if over.camera.is_some() {
+            (self.azimuth, self.elevation, self.fov, self.fill) = (None, None, None, None);
+        }
+        if over.framed() {
+            self.camera = None;
+        }
+        self.size = over.size.or(self.size);
+        self.camera = over.camera.clone().or(self.camera.take());
+        self.azimuth = over.azimuth.or(self.azimuth);
+        self.elevation = over.elevation.or(self.elevation);
+        self.fov = over.fov.or(self.fov);
+        self.fill = over.fill.or(self.fill);
+    }
 }
 
 /// How a file names a camera.
@@ -169,6 +186,14 @@ impl Settings {
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::input(path, e))?;
         toml::from_str(&text).map_err(|e| Error::input(path, e.to_string().trim_end()))
+    }
+
+    /// The genome of the lights that are searched.
+    ///
+    /// # Errors
+    /// As [`Genome::new`].
+    pub fn genome(&self) -> Result<Genome> {
+        Genome::new(&self.lights.roles.0, self.lights.kind, &self.lights.boxes)
     }
 
     /// # Errors

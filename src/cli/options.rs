@@ -1,7 +1,7 @@
 //! Options that several subcommands share, and how they change the settings.
 
-use super::config::{CameraKey, Settings};
-use super::values::{Device, Size, Weights};
+use super::config::{CameraKey, First, Method, Settings, ViewSettings};
+use super::values::{Device, Lights, Size, Weights};
 use crate::Result;
 use crate::lighting::LightKind;
 use clap::{Args, ValueEnum};
@@ -12,6 +12,16 @@ use std::path::PathBuf;
 pub(super) struct SceneOptions {
     /// glTF scene: a .gltf or .glb file
     pub scene: PathBuf,
+    #[command(flatten)]
+    look: LookOptions,
+    /// Print JSON, and nothing else, on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How scenes are looked at, and how pictures are judged.
+#[derive(Debug, Args)]
+pub(super) struct LookOptions {
     /// A camera of the scene [default: the one klieg wrote, else the first, else a framing of the
     /// whole scene]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["azimuth", "elevation", "fov"])]
@@ -33,9 +43,6 @@ pub(super) struct SceneOptions {
     /// Read settings from a TOML file; options on the command line go before them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// Print JSON, and nothing else, on standard output
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// One picture size and one device.
@@ -48,6 +55,33 @@ pub(super) struct TargetOptions {
     /// [default: auto]
     #[arg(long)]
     device: Option<Device>,
+}
+
+/// What is searched, and how.
+#[derive(Debug, Args)]
+pub(super) struct SearchOptions {
+    /// The lights: roles such as key,fill,rim, or a number from 1 to 16 (a key, a fill, a rim, then
+    /// fills and rims in turn) [default: key,fill]
+    #[arg(long, value_name = "ROLES|NUMBER")]
+    lights: Option<Lights>,
+    /// Kind of the lights [default: point]
+    #[arg(long)]
+    kind: Option<Kind>,
+    /// Individuals of a generation, 2 or more [default: 30]
+    #[arg(long, value_name = "N")]
+    population: Option<usize>,
+    /// Generations, 1 or more [default: 100]
+    #[arg(long, value_name = "N")]
+    generations: Option<usize>,
+    /// How the lights are searched [default: ga]
+    #[arg(long)]
+    optimizer: Option<Method>,
+    /// Where the search begins [default: k-means]
+    #[arg(long, value_name = "RIG")]
+    first: Option<First>,
+    /// Seed of every random choice [default: 0]
+    #[arg(long)]
+    seed: Option<u64>,
 }
 
 /// `--kind`.
@@ -69,32 +103,34 @@ impl From<Kind> for LightKind {
 }
 
 impl SceneOptions {
+    /// As [`LookOptions::settings`].
+    ///
+    /// # Errors
+    /// The same.
+    pub fn settings(&self) -> Result<Settings> {
+        self.look.settings()
+    }
+}
+
+impl LookOptions {
     /// The configuration file's settings, or the defaults, with these options in their place.
     ///
     /// # Errors
     /// [`crate::Error::Input`] when the file cannot be used.
     pub fn settings(&self) -> Result<Settings> {
-        let mut settings = self.config.as_deref().map(Settings::read).transpose()?;
-        let settings = settings.get_or_insert_default();
-        let view = &mut settings.view;
-        if let Some(key) = &self.camera {
-            view.camera = Some(CameraKey::Name(key.clone()));
-            (view.azimuth, view.elevation, view.fov, view.fill) = (None, None, None, None);
-        }
-        for (given, setting) in [
-            (self.azimuth, &mut view.azimuth),
-            (self.elevation, &mut view.elevation),
-            (self.fov, &mut view.fov),
-        ] {
-            if given.is_some() {
-                *setting = given;
-                view.camera = None;
-            }
-        }
+        let mut settings =
+            self.config.as_deref().map(Settings::read).transpose()?.unwrap_or_default();
+        settings.view.overlay(&ViewSettings {
+            camera: self.camera.clone().map(CameraKey::Name),
+            azimuth: self.azimuth,
+            elevation: self.elevation,
+            fov: self.fov,
+            ..ViewSettings::default()
+        });
         if let Some(weights) = self.weights {
             weights.apply(&mut settings.objective.weights);
         }
-        Ok(settings.clone())
+        Ok(settings)
     }
 }
 
@@ -105,5 +141,21 @@ impl TargetOptions {
         if let Some(device) = &self.device {
             settings.device = device.clone();
         }
+    }
+}
+
+impl SearchOptions {
+    /// Puts these options in the place of `settings`.
+    pub fn apply(&self, settings: &mut Settings) {
+        if let Some(lights) = &self.lights {
+            settings.lights.roles = lights.clone();
+        }
+        settings.lights.kind = self.kind.map_or(settings.lights.kind, Into::into);
+        let search = &mut settings.search;
+        search.population = self.population.unwrap_or(search.population);
+        search.generations = self.generations.unwrap_or(search.generations);
+        settings.optimizer = self.optimizer.unwrap_or(settings.optimizer);
+        settings.first = self.first.unwrap_or(settings.first);
+        settings.seed = self.seed.unwrap_or(settings.seed);
     }
 }

@@ -6,7 +6,7 @@ use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use std::borrow::Cow;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Most bytes that a scene's files may have together.
 pub const MAX_BYTES: u64 = 8 << 30;
@@ -89,13 +89,15 @@ fn split_glb(data: &[u8]) -> Parsed<(&[u8], Option<&[u8]>)> {
 pub struct Resources<'a> {
     folder: &'a Path,
     left: u64,
+    /// The file and all that were fetched.
+    pub files: Vec<PathBuf>,
 }
 
 impl<'a> Resources<'a> {
     /// Resources of the file at `path`, of which `used` bytes are already in memory.
     pub fn new(path: &'a Path, used: usize) -> Self {
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self { folder, left: MAX_BYTES.saturating_sub(used as u64) }
+        Self { folder, left: MAX_BYTES.saturating_sub(used as u64), files: vec![path.into()] }
     }
 
     /// What a URI names: base64 data or a file relative to the scene's.
@@ -115,7 +117,10 @@ impl<'a> Resources<'a> {
                     return Err(format!("{} is not a relative path", quoted(uri)));
                 }
                 let path = self.folder.join(relative);
-                read(&path, self.left).map_err(|fault| format!("{}: {fault}", quoted(uri)))?
+                let data =
+                    read(&path, self.left).map_err(|fault| format!("{}: {fault}", quoted(uri)))?;
+                self.files.push(path);
+                data
             }
         };
         self.left = self.left.saturating_sub(data.len() as u64);
