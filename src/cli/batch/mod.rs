@@ -121,20 +121,15 @@ impl Batch<'_> {
                 if interrupt.check().is_break() {
                     break;
                 }
+                let item = &items[index];
                 let design = scene.map_err(anyhow::Error::from);
-                let design =
-                    design.and_then(|scene| self.one(&items[index], scene, &device, &interrupt));
-                match design {
+                match design.and_then(|scene| self.one(item, scene, &device, &interrupt)) {
                     Ok(None) => break,
                     Ok(Some((scores, time))) => self.record.done(index, scores, time),
                     Err(fault) => {
-                        self.say(&format!("{}: {}", items[index].name, describe(&fault)));
+                        self.say(&format!("{}: {}", item.name, describe(&fault)));
                         self.record.failed(index, &fault);
-                        // A device that was lost is of no use to the next item.
-                        if fault
-                            .chain()
-                            .any(|cause| matches!(cause.downcast_ref(), Some(Error::Vulkan { .. })))
-                        {
+                        if may_be_lost(&fault) {
                             device = device::open(&settings.device)?;
                         }
                     }
@@ -197,6 +192,11 @@ impl Batch<'_> {
         self.record.count(milliseconds(self.begin));
         self.record.write(self.out)
     }
+}
+
+/// Whether the device may be of no more use after a fault.
+fn may_be_lost(fault: &anyhow::Error) -> bool {
+    fault.chain().any(|cause| matches!(cause.downcast_ref(), Some(Error::Vulkan { .. })))
 }
 
 /// Loads scenes in turn and hands each over. One that is asked for again at once is not loaded again.
