@@ -13,7 +13,7 @@ use toml::Spanned;
 /// The batch's own file, which no item's folder may be named after.
 pub const RECORD: &str = "batch.json";
 
-/// Most characters of a name that klieg makes.
+/// Most bytes of a name; file systems allow 255.
 const MAX_NAME: usize = 120;
 
 /// A design to make.
@@ -241,8 +241,9 @@ fn named(label: &Path, changes: &[String]) -> String {
         _ => None,
     });
     let words: Vec<String> = parts.chain(changes.iter().cloned()).collect();
-    let name: String = words.join("-").chars().take(MAX_NAME).collect();
-    clean(&name)
+    let name = words.join("-");
+    let fits = |&(at, c): &(usize, char)| at + c.len_utf8() <= MAX_NAME;
+    clean(&name.char_indices().take_while(fits).map(|(_, c)| c).collect::<String>())
 }
 
 /// A name without what file systems or shells treat in their own way.
@@ -293,4 +294,49 @@ fn walk(folder: &Path, seen: &mut HashSet<PathBuf>, found: &mut Vec<PathBuf>) ->
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn name(path: &str, changes: &[&str]) -> String {
+        let changes: Vec<String> = changes.iter().map(|&change| change.into()).collect();
+        named(Path::new(path), &changes)
+    }
+
+    #[test]
+    fn names_follow_from_paths_and_changes() {
+        assert_eq!(name("oak.glb", &[]), "oak");
+        assert_eq!(name("chairs/oak.v2.GLTF", &["azimuth-60"]), "chairs-oak.v2-azimuth-60");
+        assert_eq!(name("/a/../b c/.d/x.glb", &["Camera: 1"]), "a-b_c-.d-x-Camera__1");
+        assert_eq!(name("Stühle/eiche.glb", &[]), "Stühle-eiche");
+        assert_eq!(name("...glb", &[]), "scene");
+        assert_eq!(name(&"椅".repeat(400), &[]).len(), MAX_NAME);
+    }
+
+    #[test]
+    fn a_taken_name_gets_a_number() {
+        let settings = Settings::default();
+        let mut gathered = Gathered::new(&settings);
+        for path in ["x.glb", "X.gltf", "x-2.glb", "x.glb", "batch.json.glb"] {
+            gathered.scene(Path::new(path), Path::new(path));
+        }
+        let names: Vec<_> = gathered.items.iter().map(|item| &item.name[..]).collect();
+        assert_eq!(names, ["x", "X-2", "x-2-2", "batch.json-2"]);
+    }
+
+    #[test]
+    fn an_item_goes_before_the_batch_s_settings() {
+        let mut settings = Settings::default();
+        settings.view.camera = Some(CameraKey::Index(1));
+        settings.view.size = Some(Size([8, 8]));
+        let entry = Entry { azimuth: Some(5.0), seed: Some(3), ..Entry::default() };
+        entry.apply(&mut settings);
+        assert_eq!((settings.view.camera.as_ref(), settings.view.azimuth), (None, Some(5.0)));
+        assert_eq!((settings.view.size, settings.seed), (Some(Size([8, 8])), 3));
+        let entry = Entry { camera: Some(CameraKey::Index(0)), ..Entry::default() };
+        entry.apply(&mut settings);
+        assert!(!settings.view.framed() && settings.check().is_ok());
+    }
 }

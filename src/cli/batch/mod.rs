@@ -218,3 +218,35 @@ fn load_ahead<'a>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    #[test]
+    fn views_of_a_scene_share_it_and_a_fault_is_handed_over() {
+        let scene = |name| Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+        let [pair, elephant, gone] = ["pair.glb", "elephant.glb", "gone.glb"].map(scene);
+        let paths: [&Path; 5] = [&pair, &pair, &gone, &pair, &elephant];
+        let (sender, scenes) = mpsc::sync_channel(0);
+        let loaded: Vec<_> = std::thread::scope(|scope| {
+            scope.spawn(move || load_ahead(paths.into_iter(), &sender));
+            scenes.iter().collect()
+        });
+        let [Ok(first), Ok(second), Err(fault), Ok(third), Ok(last)] = &loaded[..] else {
+            panic!("{} scenes", loaded.len());
+        };
+        assert!(Arc::ptr_eq(&first.scene, &second.scene) && second.load == 0.0);
+        assert!(fault.is_input() && fault.to_string().contains("gone.glb"));
+        assert!(!Arc::ptr_eq(&first.scene, &third.scene) && third.load > 0.0);
+        assert_eq!((&third.scene.path, &last.scene.path), (&pair, &elephant));
+    }
+
+    #[test]
+    fn nobody_who_takes_scenes_ends_the_thread() {
+        let (sender, scenes) = mpsc::sync_channel(0);
+        drop(scenes);
+        load_ahead(std::iter::repeat(Path::new("gone.glb")), &sender);
+    }
+}
