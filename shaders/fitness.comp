@@ -6,9 +6,7 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 0) const uint GROUP = 128; // a power of two, at least BINS
-layout(constant_id = 1) const uint HISTOGRAM_ROWS = 128;
-layout(constant_id = 2) const uint ROWS = 32;
-layout(constant_id = 3) const uint BINS = 32;
+layout(constant_id = 1) const uint BINS = 32;
 const uint WORDS = BINS / 4;
 const float FLAT_NORMALS = 1e-6;
 
@@ -17,13 +15,9 @@ shared float disorder[GROUP]; // -p ln p
 shared Moments moments[GROUP];
 shared Gradient gradients[GROUP];
 
-uint strips(uint rows) {
-    return (parameters.size.y + rows - 1) / rows;
-}
-
 // Counts of four bins of every WORDS-th entry.
 void gather_histogram(uint individual, uint lane) {
-    uint entries = strips(HISTOGRAM_ROWS) * parameters.size.x;
+    uint entries = chunk.histogram_entries;
     uvec4 counts = uvec4(0);
     for (uint e = lane / WORDS; e < entries; e += GROUP / WORDS) {
         uint word = histogram_parts[(individual * entries + e) * WORDS + lane % WORDS];
@@ -45,7 +39,7 @@ Moments combine(Moments a, Moments b) {
 }
 
 void gather_sums(uint individual, uint lane) {
-    uint entries = strips(ROWS) * parameters.size.x;
+    uint entries = chunk.entries;
     Moments moment = Moments(0, 0.0, 0.0);
     Gradient gradient = Gradient(0.0, 0.0);
     for (uint e = lane; e < entries; e += GROUP) {

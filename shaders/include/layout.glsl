@@ -74,7 +74,7 @@ layout(set = 0, binding = 18, std430) readonly buffer Lights {
     Light lights[];
 };
 
-// Partial results, one for each column of each strip of rows of each picture.
+// Partial results, so many of each picture as the chunk says.
 struct Moments {
     uint count; // object pixels
     float mean;
@@ -113,9 +113,13 @@ layout(set = 0, binding = 23, std430) writeonly buffer Details {
     Detail details[];
 };
 
-// The chunk's first individual, where a population takes several draws.
+// The part of a population that is measured at once.
 layout(push_constant) uniform Chunk {
-    uint first;
+    uint first; // its first individual
+    uint histogram_entries; // partial histograms of each picture
+    uint entries; // partial moments and gradients of each picture
+    uint block; // of individuals, within the chunk
+    uint light; // the block's first light, within the window of lights
 } chunk;
 
 #endif

