@@ -17,7 +17,7 @@ void main() {
     vec4 looks = records[number + 2 * stride];
     vec3 p = place.xyz;
     vec3 n = facing.xyz;
-    vec3 v = parameters.orthographic != 0 ? vec3(0.0, 0.0, 1.0) : normalize(parameters.eye - p);
+    vec3 v = to_viewer(p);
     vec4 result;
     [[unroll]] for (uint i = 0; i < BLOCK; ++i) {
         vec2 response = vec2(0.0);

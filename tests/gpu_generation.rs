@@ -191,7 +191,7 @@ fn a_generation_reads_four_bytes_an_individual_and_makes_nothing() {
     assert!(after.allocations > before.allocations && after.pipelines > before.pipelines);
     assert!(after.descriptors > before.descriptors);
     let stems: Vec<_> = evaluator.timings().iter().map(|row| row.0).collect();
-    assert_eq!(stems, ["population", "histogram", "moments", "gradient", "fitness"]);
+    assert_eq!(stems, ["shading", "statistics", "fitness"]);
     assert_valid(&context);
 }
 

@@ -9,9 +9,9 @@ use super::pipeline::Pipeline;
 use super::pixels::Pixels;
 use super::view::ViewMemory;
 use super::{Context, shaders};
+use crate::Result;
 use crate::lighting::LightRecord;
 use crate::objective::HISTOGRAM_BINS;
-use crate::Result;
 use ash::vk;
 use std::sync::Arc;
 
@@ -85,8 +85,7 @@ impl Measure for Compute {
         if self.shading.iter().all(|(l, _)| *l != lights) {
             let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32]);
             let layout = &self.pixels.layout;
-            let pipeline =
-                Pipeline::compute(&self.context, "shading", spirv, layout, &constants)?;
+            let pipeline = Pipeline::compute(&self.context, "shading", spirv, layout, &constants)?;
             self.shading.push((lights, pipeline));
         }
         Ok(())

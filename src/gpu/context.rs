@@ -1,7 +1,7 @@
 //! A device to work on, with its queue and its memory.
 
 use super::Call;
-use super::choice::PipelineKind;
+use super::choice::{ComputeShape, PipelineKind};
 use super::devices::{self, DeviceChoice, DeviceReport};
 use super::instance::OwnedInstance;
 use super::requirements;
@@ -25,6 +25,8 @@ pub struct ContextOptions {
     pub picture_memory: Option<u64>,
     /// How evaluators make the pictures; the fastest for the device where not given.
     pub pipeline: Option<PipelineKind>,
+    /// The shape of [`PipelineKind::Compute`]; the faster for the device where not given.
+    pub shape: Option<ComputeShape>,
 }
 
 /// What has been made and read back since the context began.
@@ -61,6 +63,7 @@ pub struct Context {
     physical: vk::PhysicalDevice,
     picture_memory: u64,
     pipeline: PipelineKind,
+    shape: ComputeShape,
     // Dropped in this order.
     device: OwnedDevice,
     instance: OwnedInstance,
@@ -114,7 +117,14 @@ impl Context {
             .picture_memory
             .unwrap_or(report.memory / 2)
             .min(requirements::largest_allocation(&instance.raw, physical));
-        let pipeline = options.pipeline.unwrap_or_else(|| if std::env::var_os("KLIEG_LAYERED").is_some() { PipelineKind::Layered } else { PipelineKind::best(&report).0 });
+        let pipeline = options.pipeline.unwrap_or(report.pipeline);
+        let shape = options.shape.unwrap_or(report.shape);
+        let subgroups = requirements::subgroups(&instance.raw, physical);
+        let invocations = limits.max_compute_work_group_invocations;
+        if shape == ComputeShape::Tiles && !ComputeShape::tiles_possible(subgroups, invocations) {
+            let lacks = "it lacks the subgroup operations for tiles".into();
+            return Err(Error::Unsupported { device: report.info.name, lacks });
+        }
         Ok(Arc::new(Self {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue: Mutex::new(queue),
@@ -126,6 +136,7 @@ impl Context {
             physical,
             picture_memory,
             pipeline,
+            shape,
             device,
             instance,
         }))
@@ -169,6 +180,11 @@ impl Context {
     /// How evaluators make the pictures.
     pub fn pipeline(&self) -> PipelineKind {
         self.pipeline
+    }
+
+    /// The shape of [`PipelineKind::Compute`].
+    pub(super) fn shape(&self) -> ComputeShape {
+        self.shape
     }
 
     /// The family of the queue.

@@ -2,6 +2,7 @@
 
 use super::Context;
 use super::commands::{COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
+use super::drawable::Drawable;
 use super::layout::ViewStatistics;
 use super::maps::MapStages;
 use super::memory::{Access, Buffer, Image};
@@ -29,7 +30,7 @@ pub struct Drawn {
     context: Arc<Context>,
 }
 
-/// Draws the scene and makes the maps, ready for a generation. The scene itself does not stay on the
+/// Draws the scene and makes the maps, ready for a generation. The scene itself need not stay on the
 /// device.
 ///
 /// # Errors
@@ -43,12 +44,14 @@ pub fn draw(
     view: &View,
     objective: &Objective,
     shading: &Shading,
-) -> Result<(ViewMemory, Drawn)> {
+) -> Result<(ViewMemory, Drawn, Drawable)> {
     let mut memory = ViewMemory::new(context, view, objective, shading)?;
     let g_buffer = memory.add_g_buffer()?;
-    let visibility = Visibility::new(context, scene, view, g_buffer)?;
-    let drawn = Drawn::new(context, &memory, scene.polygons(), |cmd| visibility.record(cmd))?;
-    Ok((memory, drawn))
+    let drawable = Drawable::new(context, scene, view, shading)?;
+    let visibility = Visibility::new(context, &drawable, g_buffer)?;
+    let drawn =
+        Drawn::new(context, &memory, scene.polygons(), |cmd| visibility.record(cmd, &drawable))?;
+    Ok((memory, drawn, drawable))
 }
 
 impl Drawn {

@@ -4,11 +4,14 @@ use super::Context;
 use super::choice::PipelineKind;
 use super::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::compute::Compute;
+use super::drawable::Drawable;
 use super::drawn::{self, Drawn};
+use super::forward::ForwardDraw;
 use super::generation::{Fitness, GenerationMemory, Measure};
 use super::layered::Layered;
 use super::layout::Detail;
 use super::memory::{Access, Buffer};
+use super::population::StoredDraw;
 use super::view::ViewMemory;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
@@ -53,9 +56,9 @@ impl GpuEvaluator {
         objective: Objective,
         shading: Shading,
     ) -> Result<Self> {
-        let (view, drawn) = drawn::draw(context, scene, view, &objective, &shading)?;
+        let (view, drawn, drawable) = drawn::draw(context, scene, view, &objective, &shading)?;
         let objects = drawn.objects(&view)?;
-        Self::of(context, view, objects, (Some(drawn), None))
+        Self::of(context, view, objects, Some((drawn, drawable)), None)
     }
 
     /// An evaluator for a view whose maps are known.
@@ -71,17 +74,29 @@ impl GpuEvaluator {
         shading: Shading,
     ) -> Result<Self> {
         let view = ViewMemory::with_maps(context, maps, view, &objective, &shading)?;
-        Self::of(context, view, maps.counts.object(), (None, Some(maps.clone())))
+        Self::of(context, view, maps.counts.object(), None, Some(maps.clone()))
     }
 
     fn of(
         context: &Arc<Context>,
         view: ViewMemory,
         objects: u32,
-        (drawn, maps): (Option<Drawn>, Option<Maps>),
+        scene: Option<(Drawn, Drawable)>,
+        maps: Option<Maps>,
     ) -> Result<Self> {
+        let (drawn, drawable) = scene.unzip();
         let measure: Box<dyn Measure + Send> = match context.pipeline() {
-            PipelineKind::Layered => Box::new(Layered::new(context, &view)?),
+            PipelineKind::Layered => {
+                let draw = Box::new(StoredDraw::new(context)?);
+                Box::new(Layered::new(context, &view, draw)?)
+            }
+            PipelineKind::Forward => {
+                let scene = drawable.ok_or_else(|| {
+                    Error::Argument("pipeline forward draws a scene, not maps".into())
+                })?;
+                let draw = Box::new(ForwardDraw::new(context, scene)?);
+                Box::new(Layered::new(context, &view, draw)?)
+            }
             PipelineKind::Compute => Box::new(Compute::new(context, &view, objects)?),
         };
         Ok(Self {
@@ -129,8 +144,7 @@ impl GpuEvaluator {
             self.recorded = None;
             self.generation = None;
             let (view, measure) = (&mut self.view, &mut *self.measure);
-            self.generation =
-                Some(GenerationMemory::new(&self.context, view, measure, capacity)?);
+            self.generation = Some(GenerationMemory::new(&self.context, view, measure, capacity)?);
         }
         Ok(individuals)
     }

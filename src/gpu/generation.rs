@@ -109,7 +109,8 @@ impl GenerationMemory {
         (individuals, records): (u32, usize),
     ) -> Result<Self> {
         let entries = measure.entries();
-        let chunk = chunk(context, view.size, measure)?.min(individuals.next_multiple_of(measure.block()));
+        let chunk =
+            chunk(context, view.size, measure)?.min(individuals.next_multiple_of(measure.block()));
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let device = |name, bytes| Buffer::new(context, name, bytes, storage, Access::Device);
         let [histogram, moments, gradient] = part_bytes(entries).map(|b| b * u64::from(chunk));

@@ -1,12 +1,12 @@
-//! The pipeline `layered`: one draw makes the pictures, `histogram`, `moments` and `gradient` reduce
-//! them.
+//! The pipelines `layered` and `forward`: a draw makes the pictures, `histogram`, `moments` and
+//! `gradient` reduce them.
 
 use super::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
 use super::generation::Measure;
 use super::layout::{Chunk, binding};
 use super::memory::{Access, Buffer};
 use super::pipeline::Pipeline;
-use super::population::{self, Draw, Pictures};
+use super::population::{self, Draw};
 use super::view::ViewMemory;
 use super::{Context, shaders};
 use crate::Result;
@@ -23,9 +23,8 @@ const ROWS: u32 = 32;
 
 /// The draw, its pictures and their reductions.
 pub struct Layered {
-    draw: Draw,
+    draw: Box<dyn Draw + Send>,
     reductions: [(&'static str, Pipeline, [u32; 2]); 3],
-    pictures: Option<Pictures>,
     size: [u32; 2],
     context: Arc<Context>,
 }
@@ -33,7 +32,11 @@ pub struct Layered {
 impl Layered {
     /// # Errors
     /// What the device reports.
-    pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        view: &ViewMemory,
+        draw: Box<dyn Draw + Send>,
+    ) -> Result<Self> {
         let reduction = |stem, spirv, rows, constants: &[u32]| {
             let pipeline = Pipeline::compute(context, stem, spirv, &view.layout, constants)?;
             let [width, height] = view.size;
@@ -42,20 +45,15 @@ impl Layered {
         let bins = [COLUMNS, HISTOGRAM_ROWS, HISTOGRAM_BINS as u32];
         let sums = [COLUMNS, ROWS];
         Ok(Self {
-            draw: Draw::new(context)?,
+            draw,
             reductions: [
                 reduction("histogram", shaders::HISTOGRAM_COMP, HISTOGRAM_ROWS, &bins)?,
                 reduction("moments", shaders::MOMENTS_COMP, ROWS, &sums)?,
                 reduction("gradient", shaders::GRADIENT_COMP, ROWS, &sums)?,
             ],
-            pictures: None,
             size: view.size,
             context: Arc::clone(context),
         })
-    }
-
-    fn pictures(&self) -> &Pictures {
-        self.pictures.as_ref().expect("allocated before use")
     }
 }
 
@@ -71,19 +69,18 @@ impl Measure for Layered {
         let memory = self.context.picture_memory().min(image.max_resource_size);
         let groups = self.context.limits().max_compute_work_group_count[2];
         let layers = self.context.report().max_layers.min(image.max_array_layers).min(groups);
-        Ok(u64::from(layers).min((memory / (4 * pixels)).max(1)) as u32)
+        let most = layers.min(self.draw.most_pictures());
+        Ok(u64::from(most).min((memory / (self.draw.pixel_bytes() * pixels)).max(1)) as u32)
     }
 
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
         self.draw.prepare(view, lights)
     }
 
-    fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, _lights: &Buffer) -> Result<()> {
-        // The old pictures go first, so that the two need not fit together.
-        self.pictures = None;
-        let pictures = self.pictures.insert(self.draw.pictures(self.size, chunk)?);
+    fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
+        self.draw.allocate(self.size, chunk, lights)?;
         let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-        view.set.write_image(binding::PICTURES, &pictures.image, layout);
+        view.set.write_image(binding::PICTURES, self.draw.pictures(), layout);
         Ok(())
     }
 
@@ -95,8 +92,8 @@ impl Measure for Layered {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        timer.stage(cmd, "population", || {
-            self.draw.record(cmd, (view, self.pictures()), lights, (chunk, count));
+        timer.stage(cmd, self.draw.stem(), || {
+            self.draw.record(cmd, view, (chunk, count), lights);
         });
         for (stem, pipeline, [x, y]) in &self.reductions {
             timer.stage(cmd, stem, || view.dispatch(cmd, pipeline, [*x, *y, count], chunk));
@@ -109,7 +106,7 @@ impl Measure for Layered {
         let size = 4 * pixels as u64;
         let out = Buffer::new(&self.context, "picture", size, usage, Access::Readback)?;
         Commands::once(&self.context, |cmd| {
-            let image = &self.pictures().image;
+            let image = self.draw.pictures();
             // The draw leaves the pictures to shaders.
             let shader = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
             let copy = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;

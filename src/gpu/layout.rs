@@ -222,7 +222,7 @@ pub const DOUBLE_SIDED: u32 = 1;
 /// Flag of a material with a normal texture.
 pub const NORMAL_MAPPED: u32 = 2;
 
-/// Push constants of the visibility draw (`shaders/include/visibility.glsl`).
+/// Push constants of the draws of the scene (`shaders/include/visibility.glsl`).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Camera {
@@ -230,6 +230,14 @@ pub struct Camera {
     pub clip_from_frame: [[f32; 4]; 4],
     /// The viewer; then 1 where all view rays are parallel.
     pub eye: [f32; 4],
+    /// [`Shading`]: ambient, dielectric, largest shininess. From here on for populations alone.
+    pub shading: [f32; 3],
+    /// The chunk's first light.
+    pub first_light: u32,
+    /// First instance of a draw.
+    pub first_instance: u32,
+    /// Instances of a draw in each picture.
+    pub instances_of_picture: u32,
 }
 
 /// Numbers of the bindings of the view's descriptor set, which all of its stages share.

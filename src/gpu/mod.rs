@@ -8,8 +8,10 @@ mod commands;
 mod compute;
 mod context;
 mod devices;
+mod drawable;
 mod drawn;
 mod evaluator;
+mod forward;
 mod generation;
 mod geometry;
 mod instance;
@@ -26,10 +28,11 @@ mod staging;
 #[cfg(test)]
 mod testing;
 mod textures;
+mod tiles;
 mod view;
 mod visibility;
 
-pub use choice::PipelineKind;
+pub use choice::{ComputeShape, PipelineKind};
 pub use context::{Context, ContextOptions, Counters};
 pub use devices::{DeviceChoice, DeviceReport, devices};
 pub use evaluator::GpuEvaluator;

@@ -243,8 +243,6 @@ impl Pipeline {
         layout: &PipelineLayout,
         constants: &[u32],
     ) -> Result<Self> {
-        let over = std::env::var("KLIEG_SPV").ok().and_then(|d| std::fs::read(format!("{d}/{stem}.comp.spv")).ok()).map(|b| bytemuck::pod_collect_to_vec::<u8, u32>(&b));
-        let spirv = over.as_deref().unwrap_or(spirv);
         let module = ShaderModule::new(context, spirv)?;
         let specialization = Specialization::new(constants);
         let specialization = specialization.info();

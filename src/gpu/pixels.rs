@@ -45,8 +45,9 @@ impl Pixels {
         multiple: u32,
     ) -> Result<Self> {
         let stride = count.max(1).next_multiple_of(multiple);
-        let storage =
-            |name, each: usize| geometry::storage_buffer(context, name, u64::from(stride) * each as u64);
+        let storage = |name, each: usize| {
+            geometry::storage_buffer(context, name, u64::from(stride) * each as u64)
+        };
         let rows = geometry::storage_buffer(context, "pixel rows", 4 * u64::from(view.size[1]))?;
         let taps = storage("pixel taps", size_of::<Taps>())?;
         let places = storage("pixel places", 4)?;
@@ -69,9 +70,8 @@ impl Pixels {
     }
 
     fn list(&self, view: &ViewMemory) -> Result<()> {
-        let stage = |stem, spirv| {
-            Pipeline::compute(&self.context, stem, spirv, &self.layout, &[ROW_GROUP])
-        };
+        let stage =
+            |stem, spirv| Pipeline::compute(&self.context, stem, spirv, &self.layout, &[ROW_GROUP]);
         let rows = stage("pixel_rows", shaders::PIXEL_ROWS_COMP)?;
         let pixels = stage("pixels", shaders::PIXELS_COMP)?;
         let groups = [view.size[1].div_ceil(ROW_GROUP), 1, 1];

@@ -1,5 +1,6 @@
 //! What klieg asks of a Vulkan device, in one place.
 
+use super::choice::Subgroups;
 use super::instance::API_VERSION;
 use ash::vk;
 
@@ -105,6 +106,17 @@ pub(super) fn full_indices(instance: &ash::Instance, device: vk::PhysicalDevice)
     // SAFETY: `device` is a physical device of `instance`.
     let features = unsafe { instance.get_physical_device_features(device) };
     features.full_draw_index_uint32 == vk::TRUE
+}
+
+/// What the compute shaders' invocations can do together.
+pub(super) fn subgroups(instance: &ash::Instance, device: vk::PhysicalDevice) -> Subgroups {
+    let mut properties = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut chain = vk::PhysicalDeviceProperties2::default().push_next(&mut properties);
+    // SAFETY: `device`, of Vulkan 1.1 or later, is one of `instance`; the chain outlives the call.
+    unsafe { instance.get_physical_device_properties2(device, &mut chain) };
+    let compute = properties.supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
+    let operations = if compute { properties.supported_operations } else { Default::default() };
+    Subgroups { size: properties.subgroup_size, operations }
 }
 
 /// Bytes of the largest single piece of memory that the device, of Vulkan 1.1 or later, can give.
