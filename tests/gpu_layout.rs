@@ -2,7 +2,7 @@
 
 use klieg::gpu::layout::{
     Camera, Chunk, Detail, GradientPart, InstanceRecord, MaterialRecord, MomentPart, Parameters,
-    Taps, TextureUse, ViewStatistics,
+    Taps, TextureUse, Tile, ViewStatistics,
 };
 use klieg::gpu::shaders;
 use klieg::lighting::LightRecord;
@@ -61,6 +61,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
             host!(ViewStatistics { surface, edge, normal_detail, background_depth }),
         ),
         ("Chunk", host!(Chunk { first, histogram_entries, entries, block, light })),
+        ("Tile", host!(Tile { column, row, origin })),
         ("Taps", host!(Taps { up, down, present, kind })),
         (
             "Camera",

@@ -28,7 +28,7 @@ const RUNS: (PipelineKind, Option<ComputeShape>) =
 const TILES: (PipelineKind, Option<ComputeShape>) =
     (PipelineKind::Compute, Some(ComputeShape::Tiles));
 /// Those that need no scene.
-const OF_MAPS: [(PipelineKind, Option<ComputeShape>); 2] = [LAYERED, RUNS];
+const OF_MAPS: [(PipelineKind, Option<ComputeShape>); 3] = [LAYERED, RUNS, TILES];
 
 fn context((pipeline, shape): (PipelineKind, Option<ComputeShape>)) -> Arc<Context> {
     with_options(ContextOptions { pipeline: Some(pipeline), shape, ..Default::default() })
@@ -176,7 +176,7 @@ fn scenes_look_the_same_in_every_pipeline() {
         ("normal mapped", normal_mapped(), 64, 64),
         ("masked", masked(), 75, 50),
     ];
-    for way in [LAYERED, FORWARD, RUNS] {
+    for way in [LAYERED, FORWARD, RUNS, TILES] {
         let context = context(way);
         for (name, scene, width, height) in &scenes {
             let view = perspective(scene, *width, *height);
@@ -267,6 +267,7 @@ fn no_pipeline_makes_anything_after_its_first_generation() {
         (LAYERED, &["population", "histogram", "moments", "gradient", "fitness"][..]),
         (FORWARD, &["forward", "histogram", "moments", "gradient", "fitness"]),
         (RUNS, &["shading", "statistics", "fitness"]),
+        (TILES, &["tiles", "fitness"]),
     ] {
         let context = context(way);
         let mut evaluator = of_scene(&context, &scene, &view);

@@ -90,7 +90,7 @@ struct Gradient {
     float edge; // sum over EDGE of min(1, |grad I| / edge_contrast)
 };
 layout(set = 0, binding = 19, std430) buffer HistogramParts {
-    uint histogram_parts[]; // BINS / 4 words, a byte for each bin
+    uint histogram_parts[]; // a byte, or in tiles 16 bits, for each bin
 };
 layout(set = 0, binding = 20, std430) buffer MomentParts {
     Moments moment_parts[];

@@ -1,5 +1,6 @@
 //! Which pipeline measures populations on a device.
 
+use super::tiles;
 use ash::vk;
 use serde::Serialize;
 use std::fmt;
@@ -36,37 +37,40 @@ pub enum ComputeShape {
     Tiles,
 }
 
-/// What a device's compute shaders can do together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Subgroups {
-    /// Invocations.
-    pub size: u32,
-    /// What they can do.
+/// What the invocations of a device's compute shaders can do together.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Together {
+    /// Invocations of a subgroup.
+    pub subgroup: u32,
+    /// What a subgroup can do.
     pub operations: vk::SubgroupFeatureFlags,
+    /// Most invocations of a work group.
+    pub group: u32,
+    /// Bytes of shared memory.
+    pub shared: u32,
 }
 
 impl ComputeShape {
-    /// The faster on a device: whether it is `software`, its subgroups, and the most invocations of
-    /// a work group. With the reason.
-    pub fn best(software: bool, subgroups: Subgroups, invocations: u32) -> (Self, &'static str) {
+    /// The faster on a device, `software` or not, and why.
+    pub fn best(software: bool, together: Together) -> (Self, &'static str) {
         if software {
             return (Self::Runs, "object pixels alone, without the barriers that a CPU is slow at");
         }
-        match Self::tiles_possible(subgroups, invocations) {
+        match Self::tiles_possible(together) {
             true => (Self::Tiles, "object tiles alone, in shared memory and summed by subgroup"),
-            false => (Self::Runs, "object pixels alone, as the subgroups cannot add and vote"),
+            false => (Self::Runs, "object pixels alone; too little shared memory or subgroups"),
         }
     }
 
     /// Whether [`ComputeShape::Tiles`] can run.
-    pub fn tiles_possible(subgroups: Subgroups, invocations: u32) -> bool {
+    pub fn tiles_possible(together: Together) -> bool {
         let needed = vk::SubgroupFeatureFlags::BASIC
             | vk::SubgroupFeatureFlags::ARITHMETIC
             | vk::SubgroupFeatureFlags::BALLOT;
-        subgroups.operations.contains(needed)
-            && subgroups.size.is_power_of_two()
-            && (4..=64).contains(&subgroups.size)
-            && invocations >= super::tiles::GROUP
+        together.operations.contains(needed)
+            && [8, 16, 32, 64].contains(&together.subgroup)
+            && together.group >= tiles::GROUP
+            && together.shared >= tiles::SHARED_BYTES
     }
 }
 
@@ -76,13 +80,19 @@ mod tests {
 
     #[test]
     fn the_shape_follows_from_what_the_device_can_do() {
-        let all = Subgroups { size: 32, operations: vk::SubgroupFeatureFlags::from_raw(0xff) };
-        let basic = Subgroups { operations: vk::SubgroupFeatureFlags::BASIC, ..all };
-        let best = |software, subgroups, most| ComputeShape::best(software, subgroups, most).0;
-        assert_eq!(best(false, all, 1024), ComputeShape::Tiles);
-        assert_eq!(best(true, all, 1024), ComputeShape::Runs);
-        assert_eq!(best(false, basic, 1024), ComputeShape::Runs);
-        assert_eq!(best(false, Subgroups { size: 128, ..all }, 1024), ComputeShape::Runs);
-        assert_eq!(best(false, all, 128), ComputeShape::Runs);
+        let operations = vk::SubgroupFeatureFlags::from_raw(0xff);
+        let all = Together { subgroup: 32, operations, group: 1024, shared: 48 << 10 };
+        let best = |software, together| ComputeShape::best(software, together).0;
+        assert_eq!(best(false, all), ComputeShape::Tiles);
+        assert_eq!(best(true, all), ComputeShape::Runs);
+        let basic = vk::SubgroupFeatureFlags::BASIC;
+        for short in [
+            Together { operations: basic, ..all },
+            Together { subgroup: 128, ..all },
+            Together { group: 128, ..all },
+            Together { shared: 16 << 10, ..all },
+        ] {
+            assert_eq!(best(false, short), ComputeShape::Runs, "{short:?}");
+        }
     }
 }

@@ -119,10 +119,9 @@ impl Context {
             .min(requirements::largest_allocation(&instance.raw, physical));
         let pipeline = options.pipeline.unwrap_or(report.pipeline);
         let shape = options.shape.unwrap_or(report.shape);
-        let subgroups = requirements::subgroups(&instance.raw, physical);
-        let invocations = limits.max_compute_work_group_invocations;
-        if shape == ComputeShape::Tiles && !ComputeShape::tiles_possible(subgroups, invocations) {
-            let lacks = "it lacks the subgroup operations for tiles".into();
+        let together = requirements::together(&instance.raw, physical);
+        if shape == ComputeShape::Tiles && !ComputeShape::tiles_possible(together) {
+            let lacks = "it lacks the subgroups or the shared memory for tiles".into();
             return Err(Error::Unsupported { device: report.info.name, lacks });
         }
         Ok(Arc::new(Self {

@@ -1,7 +1,7 @@
 //! Which Vulkan devices there are, and which of them is taken.
 
 use super::Call;
-use super::choice::{ComputeShape, PipelineKind, Subgroups};
+use super::choice::{ComputeShape, PipelineKind, Together};
 use super::instance::OwnedInstance;
 use super::requirements;
 use crate::evaluate::DeviceInfo;
@@ -136,13 +136,12 @@ fn report(instance: &OwnedInstance, index: usize, device: vk::PhysicalDevice) ->
     };
     let limits = &properties.limits;
     let version = properties.api_version;
-    let subgroups = match version >= vk::API_VERSION_1_1 {
-        true => requirements::subgroups(&instance.raw, device),
-        false => Subgroups { size: 1, operations: vk::SubgroupFeatureFlags::empty() },
+    let together = match version >= vk::API_VERSION_1_1 {
+        true => requirements::together(&instance.raw, device),
+        false => Together::default(),
     };
     let software = properties.device_type == vk::PhysicalDeviceType::CPU;
-    let invocations = limits.max_compute_work_group_invocations;
-    let (shape, pipeline_reason) = ComputeShape::best(software, subgroups, invocations);
+    let (shape, pipeline_reason) = ComputeShape::best(software, together);
     let heaps = &memory.memory_heaps[..memory.memory_heap_count as usize];
     DeviceReport {
         index,
@@ -167,7 +166,7 @@ fn report(instance: &OwnedInstance, index: usize, device: vk::PhysicalDevice) ->
             .max()
             .unwrap_or(0),
         timestamps: requirements::queue_family(&instance.raw, device).is_some_and(|(_, t)| t),
-        subgroup_size: subgroups.size,
+        subgroup_size: together.subgroup,
         pipeline: PipelineKind::Compute,
         shape,
         pipeline_reason,

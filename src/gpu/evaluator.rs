@@ -1,7 +1,7 @@
 //! The Vulkan evaluator.
 
 use super::Context;
-use super::choice::PipelineKind;
+use super::choice::{ComputeShape, PipelineKind};
 use super::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::compute::Compute;
 use super::drawable::Drawable;
@@ -12,6 +12,7 @@ use super::layered::Layered;
 use super::layout::Detail;
 use super::memory::{Access, Buffer};
 use super::population::StoredDraw;
+use super::tiles::Tiles;
 use super::view::ViewMemory;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
@@ -97,14 +98,17 @@ impl GpuEvaluator {
                 let draw = Box::new(ForwardDraw::new(context, scene)?);
                 Box::new(Layered::new(context, &view, draw)?)
             }
-            PipelineKind::Compute => Box::new(Compute::new(context, &view, objects)?),
+            PipelineKind::Compute => match context.shape() {
+                ComputeShape::Runs => Box::new(Compute::new(context, &view, objects)?),
+                ComputeShape::Tiles => Box::new(Tiles::new(context, &view)?),
+            },
         };
         Ok(Self {
             generation: None,
             recorded: None,
             timings: Vec::new(),
             commands: Commands::new(context)?,
-            fitness: Fitness::new(context, &view)?,
+            fitness: Fitness::new(context, &view, &*measure)?,
             measure,
             view,
             drawn,

@@ -24,6 +24,11 @@ pub trait Measure {
     /// Partial results of each picture: histograms; moments and gradients.
     fn entries(&self) -> [u32; 2];
 
+    /// Bits of a bin of a partial histogram.
+    fn bin_bits(&self) -> u32 {
+        8
+    }
+
     /// Individuals that are measured together; their partial results are always written.
     fn block(&self) -> u32 {
         1
@@ -71,8 +76,8 @@ pub struct Fitness(Pipeline);
 impl Fitness {
     /// # Errors
     /// What the device reports.
-    pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
-        let constants = [FITNESS_GROUP, HISTOGRAM_BINS as u32];
+    pub fn new(context: &Arc<Context>, view: &ViewMemory, measure: &dyn Measure) -> Result<Self> {
+        let constants = [FITNESS_GROUP, HISTOGRAM_BINS as u32, measure.bin_bits()];
         let spirv = shaders::FITNESS_COMP;
         Pipeline::compute(context, "fitness", spirv, &view.layout, &constants).map(Self)
     }
@@ -113,7 +118,7 @@ impl GenerationMemory {
             chunk(context, view.size, measure)?.min(individuals.next_multiple_of(measure.block()));
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let device = |name, bytes| Buffer::new(context, name, bytes, storage, Access::Device);
-        let [histogram, moments, gradient] = part_bytes(entries).map(|b| b * u64::from(chunk));
+        let [histogram, moments, gradient] = part_bytes(measure).map(|b| b * u64::from(chunk));
         let parts = [
             device("histogram parts", histogram)?,
             device("moment parts", moments)?,
@@ -192,11 +197,12 @@ impl GenerationMemory {
 }
 
 /// Bytes of the partial histograms, moments and gradients of one picture.
-fn part_bytes([histograms, others]: [u32; 2]) -> [u64; 3] {
+pub fn part_bytes(measure: &dyn Measure) -> [u64; 3] {
+    let [histograms, others] = measure.entries().map(u64::from);
     [
-        u64::from(histograms) * HISTOGRAM_BINS as u64,
-        u64::from(others) * size_of::<MomentPart>() as u64,
-        u64::from(others) * size_of::<GradientPart>() as u64,
+        histograms * HISTOGRAM_BINS as u64 * u64::from(measure.bin_bits() / 8),
+        others * size_of::<MomentPart>() as u64,
+        others * size_of::<GradientPart>() as u64,
     ]
 }
 
@@ -207,7 +213,7 @@ fn part_bytes([histograms, others]: [u32; 2]) -> [u64; 3] {
 /// [`Error::Argument`] when the device cannot hold as many as are measured together.
 fn chunk(context: &Context, size: [u32; 2], measure: &dyn Measure) -> Result<u32> {
     let limits = context.limits();
-    let parts = part_bytes(measure.entries()).into_iter().max().unwrap_or(0).max(1);
+    let parts = part_bytes(measure).into_iter().max().unwrap_or(0).max(1);
     let fits = [
         measure.largest_chunk()?.into(),
         limits.max_compute_work_group_count[0].into(),

@@ -106,6 +106,18 @@ pub struct Taps {
     pub kind: u32,
 }
 
+/// Element of the storage block `Tiles`: a tile of the picture with an object pixel.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct Tile {
+    /// Of tiles.
+    pub column: u32,
+    /// Of tiles.
+    pub row: u32,
+    /// Place of an object pixel in the tile with its border, rows from the top.
+    pub origin: u32,
+}
+
 /// Storage block `ViewStatistics`: the view in a few numbers.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -325,7 +337,7 @@ pub fn bindings() -> Vec<Binding> {
     let all = Stage::COMPUTE | Stage::FRAGMENT;
     let kind = |number| match number {
         binding::PARAMETERS => (Kind::UNIFORM_BUFFER, all),
-        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX),
+        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX | Stage::COMPUTE),
         binding::DEPTH..=binding::RECORD_2 => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
         binding::CODE..=binding::EMISSIVE => (Kind::SAMPLED_IMAGE, all),
         binding::SURFACE_0..=binding::SURFACE_2 => (Kind::SAMPLED_IMAGE, all),

@@ -1,6 +1,6 @@
 //! What klieg asks of a Vulkan device, in one place.
 
-use super::choice::Subgroups;
+use super::choice::Together;
 use super::instance::API_VERSION;
 use ash::vk;
 
@@ -108,15 +108,20 @@ pub(super) fn full_indices(instance: &ash::Instance, device: vk::PhysicalDevice)
     features.full_draw_index_uint32 == vk::TRUE
 }
 
-/// What the compute shaders' invocations can do together.
-pub(super) fn subgroups(instance: &ash::Instance, device: vk::PhysicalDevice) -> Subgroups {
-    let mut properties = vk::PhysicalDeviceSubgroupProperties::default();
-    let mut chain = vk::PhysicalDeviceProperties2::default().push_next(&mut properties);
-    // SAFETY: `device`, of Vulkan 1.1 or later, is one of `instance`; the chain outlives the call.
+/// What the invocations of compute shaders can do together; `device` has Vulkan 1.1 or later.
+pub(super) fn together(instance: &ash::Instance, device: vk::PhysicalDevice) -> Together {
+    let mut subgroups = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut chain = vk::PhysicalDeviceProperties2::default().push_next(&mut subgroups);
+    // SAFETY: `device` is a physical device of `instance`; the chain outlives the call.
     unsafe { instance.get_physical_device_properties2(device, &mut chain) };
-    let compute = properties.supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
-    let operations = if compute { properties.supported_operations } else { Default::default() };
-    Subgroups { size: properties.subgroup_size, operations }
+    let limits = chain.properties.limits;
+    let compute = subgroups.supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
+    Together {
+        subgroup: subgroups.subgroup_size,
+        operations: if compute { subgroups.supported_operations } else { Default::default() },
+        group: limits.max_compute_work_group_invocations,
+        shared: limits.max_compute_shared_memory_size,
+    }
 }
 
 /// Bytes of the largest single piece of memory that the device, of Vulkan 1.1 or later, can give.
