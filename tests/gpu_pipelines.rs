@@ -55,6 +55,17 @@ fn difference(a: &Inspection, b: &Inspection) -> f32 {
     terms.map(|(a, b)| (a - b).abs()).fold((a.score - b.score).abs(), f32::max)
 }
 
+/// Checks score and terms of every rig of a population.
+fn check_all(evaluator: &mut GpuEvaluator, rigs: &[Vec<Light>], expected: &[Inspection]) {
+    let made = evaluator.qualities(&population(rigs)).expect("qualities");
+    assert_eq!(made.len(), expected.len());
+    for (at, (a, b)) in made.iter().zip(expected).enumerate() {
+        let terms = a.terms.to_array().into_iter().zip(b.terms.to_array());
+        let far = terms.map(|(a, b)| (a - b).abs()).fold((a.score - b.score).abs(), f32::max);
+        assert!(far < TOLERANCE, "{at}: {a:?} {:?}", b.terms);
+    }
+}
+
 fn evaluate(evaluator: &mut GpuEvaluator, rigs: &[Vec<Light>]) -> Vec<f32> {
     let mut scores = vec![f32::NAN; rigs.len()];
     evaluator.evaluate(&population(rigs), &mut scores).expect("scores");
@@ -139,14 +150,12 @@ fn every_pipeline_agrees_with_the_twins_for_1_to_16_lights() {
 fn every_pipeline_scores_populations_of_1_to_300() {
     let (maps, view) = (ball(45, 38), view(45, 38, false));
     let all = rigs(9, 300, 3, LightKind::Point);
-    let expected: Vec<_> = all.iter().map(|rig| twin(&maps, &view, rig).score).collect();
+    let expected: Vec<_> = all.iter().map(|rig| twin(&maps, &view, rig)).collect();
     for (pipeline, shape) in OF_MAPS {
         let context = context((pipeline, shape));
         let mut at_once = evaluator(&context, &maps, &view);
+        check_all(&mut at_once, &all, &expected);
         let scores = evaluate(&mut at_once, &all);
-        for (at, (a, b)) in scores.iter().zip(&expected).enumerate() {
-            assert!((a - b).abs() < TOLERANCE, "{pipeline} {shape:?} {at}: {a} {b}");
-        }
         for count in [1, 2, 3, 5, 30, 255] {
             assert_eq!(evaluate(&mut at_once, &all[..count]), scores[..count], "{count}");
         }
@@ -201,10 +210,9 @@ fn forward_gives_the_same_bits_in_any_number_of_draws() {
     let whole = context(FORWARD);
     let mut at_once = of_scene(&whole, &scene, &view);
     let maps = at_once.maps().expect("maps").clone();
+    let expected: Vec<_> = all.iter().map(|rig| twin(&maps, &view, rig)).collect();
+    check_all(&mut at_once, &all, &expected);
     let scores = evaluate(&mut at_once, &all);
-    for (a, rig) in scores.iter().zip(&all) {
-        assert!((a - twin(&maps, &view, rig).score).abs() < TOLERANCE);
-    }
     let picture_memory = Some(40 * 33 * 8 * 5);
     let options =
         ContextOptions { pipeline: Some(pipeline), shape, picture_memory, ..Default::default() };
@@ -297,14 +305,12 @@ const COPY: &str = "KLIEG_TEST_COPY";
 fn wider_subgroups_agree_too() {
     let (maps, view) = (ball(83, 59), view(83, 59, false));
     let all = rigs(4, 30, 4, LightKind::Point);
+    let expected: Vec<_> = all.iter().map(|rig| twin(&maps, &view, rig)).collect();
     if std::env::var_os(COPY).is_some() {
         for way in OF_MAPS {
             let context = context(way);
             let mut evaluator = evaluator(&context, &maps, &view);
-            check(&mut evaluator, &maps, &view, &all[..2], &format!("{way:?}"));
-            for (score, rig) in evaluate(&mut evaluator, &all).into_iter().zip(&all) {
-                assert!((score - twin(&maps, &view, rig).score).abs() < TOLERANCE, "{way:?}");
-            }
+            check_all(&mut evaluator, &all, &expected);
             println!("{way:?} at {}", context.report().subgroup_size);
             assert_valid(&context);
         }

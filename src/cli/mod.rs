@@ -8,8 +8,10 @@ mod device;
 mod devices;
 mod options;
 mod print;
+mod progress;
 mod score;
 mod session;
+mod study;
 pub mod values;
 
 use clap::{Parser, Subcommand};
@@ -28,6 +30,7 @@ enum Command {
     Score(score::Options),
     Analyze(analyze::Options),
     Devices(devices::Options),
+    Study(study::Options),
     Bench(bench::Options),
 }
 
@@ -41,6 +44,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Score(options) => score::run(&options),
         Command::Analyze(options) => analyze::run(&options),
         Command::Devices(options) => devices::run(&options),
+        Command::Study(options) => study::run(&options),
         Command::Bench(options) => bench::run(&options),
     }
 }

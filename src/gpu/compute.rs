@@ -1,14 +1,14 @@
 //! The pipeline `compute`: no pictures, object pixels alone. `shading` computes the brightness of
 //! every object pixel for a block of individuals, `statistics` reduces it.
 
-use super::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_WRITE, Commands, HOST_READ, StageTimer};
+use super::commands::{COMPUTE_READ, COMPUTE_WRITE, StageTimer};
 use super::generation::Measure;
 use super::layout::{Chunk, pixel_binding};
 use super::memory::{Access, Buffer};
 use super::pipeline::Pipeline;
 use super::pixels::Pixels;
 use super::view::ViewMemory;
-use super::{Context, shaders};
+use super::{Context, shaders, staging};
 use crate::Result;
 use crate::lighting::LightRecord;
 use crate::objective::HISTOGRAM_BINS;
@@ -134,26 +134,9 @@ impl Measure for Compute {
     fn first_picture(&self) -> Result<Vec<f32>> {
         let count = self.pixels.count as usize;
         let brightness = self.brightness.as_ref().expect("allocated before use");
-        let read = |name, bytes: u64| {
-            let usage = vk::BufferUsageFlags::TRANSFER_DST;
-            Buffer::new(&self.context, name, bytes, usage, Access::Readback)
-        };
-        let values = read("picture", self.block_bytes())?;
-        let places = read("places", self.pixels.places.size())?;
-        Commands::once(&self.context, |cmd| {
-            for (from, to) in [(brightness, &values), (&self.pixels.places, &places)] {
-                let region = [vk::BufferCopy::default().size(to.size())];
-                // SAFETY: both buffers are alive and hold at least this many bytes.
-                unsafe {
-                    self.context.device().cmd_copy_buffer(cmd, from.raw(), to.raw(), &region);
-                }
-            }
-            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
-            Ok(())
-        })?;
-        let (mut of_block, mut at) = (vec![[0.0; BLOCK as usize]; count], vec![0u32; count]);
-        values.read(&mut of_block);
-        places.read(&mut at);
+        let of_block: Vec<[f32; BLOCK as usize]> =
+            staging::read_buffer(&self.context, brightness, count)?;
+        let at: Vec<u32> = staging::read_buffer(&self.context, &self.pixels.places, count)?;
         let mut picture = vec![0.0; self.size[0] as usize * self.size[1] as usize];
         for (value, place) in of_block.iter().zip(at) {
             picture[place as usize] = value[0];

@@ -2,7 +2,7 @@
 
 use super::Context;
 use super::choice::{ComputeShape, PipelineKind};
-use super::commands::{COPY_WRITE, Commands, HOST_READ};
+use super::commands::Commands;
 use super::compute::Compute;
 use super::drawable::Drawable;
 use super::drawn::{self, Drawn};
@@ -10,20 +10,18 @@ use super::forward::ForwardDraw;
 use super::generation::{Fitness, GenerationMemory, Measure};
 use super::layered::Layered;
 use super::layout::Detail;
-use super::memory::{Access, Buffer};
 use super::population::StoredDraw;
+use super::staging;
 use super::tiles::Tiles;
 use super::view::ViewMemory;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, Population};
 use crate::objective::maps::Maps;
-use crate::objective::{Objective, Statistics, Terms};
+use crate::objective::{Objective, Quality, Statistics};
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
-use ash::vk;
-use bytemuck::Zeroable;
 use std::sync::Arc;
 
 /// Measures populations on a Vulkan device: N chromosomes go up, N numbers come back.
@@ -33,7 +31,6 @@ use std::sync::Arc;
 pub struct GpuEvaluator {
     generation: Option<GenerationMemory>,
     recorded: Option<(u32, usize)>,
-    timings: Vec<(&'static str, f64)>,
     commands: Commands,
     fitness: Fitness,
     measure: Box<dyn Measure + Send>,
@@ -106,7 +103,6 @@ impl GpuEvaluator {
         Ok(Self {
             generation: None,
             recorded: None,
-            timings: Vec::new(),
             commands: Commands::new(context)?,
             fitness: Fitness::new(context, &view, &*measure)?,
             measure,
@@ -131,7 +127,7 @@ impl GpuEvaluator {
     /// GPU milliseconds of each stage in the last evaluation; empty before the first, and where the
     /// device has no timestamps.
     pub fn timings(&self) -> &[(&'static str, f64)] {
-        &self.timings
+        self.generation.as_ref().map_or(&[], |generation| generation.timer.rows())
     }
 
     /// Makes memory and pipelines for the population, unless they are there.
@@ -153,24 +149,9 @@ impl GpuEvaluator {
         Ok(individuals)
     }
 
-    /// Terms and statistics of individual 0 of the last generation.
-    fn first_detail(&self, generation: &GenerationMemory) -> Result<Detail> {
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let size = size_of::<Detail>() as u64;
-        let out = Buffer::new(&self.context, "detail", size, usage, Access::Readback)?;
-        Commands::once(&self.context, |cmd| {
-            let region = [vk::BufferCopy::default().size(size)];
-            // SAFETY: both buffers are alive and hold a detail.
-            unsafe {
-                let (from, to) = (generation.details.raw(), out.raw());
-                self.context.device().cmd_copy_buffer(cmd, from, to, &region);
-            }
-            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
-            Ok(())
-        })?;
-        let mut detail = [Detail::zeroed()];
-        out.read(&mut detail);
-        Ok(detail[0])
+    /// Terms and statistics of the first individuals of the last generation.
+    fn read_details(&self, generation: &GenerationMemory, count: usize) -> Result<Vec<Detail>> {
+        staging::read_buffer(&self.context, &generation.details, count)
     }
 }
 
@@ -205,25 +186,30 @@ impl Evaluator for GpuEvaluator {
         generation.lights.write(population.records());
         self.commands.run()?;
         generation.scores.read(scores);
-        self.timings = generation.timer.read()?;
-        Ok(())
+        generation.timer.read()
+    }
+
+    fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
+        if population.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut scores = vec![0.0; population.len()];
+        self.evaluate(population, &mut scores)?;
+        let generation = self.generation.as_ref().expect("made by `evaluate`");
+        let details = self.read_details(generation, scores.len())?;
+        let quality = |(score, detail): (f32, Detail)| Quality { score, terms: detail.terms() };
+        Ok(scores.into_iter().zip(details).map(quality).collect())
     }
 
     fn inspect(&mut self, rig: &[Light]) -> Result<Inspection> {
         let mut score = [0.0];
         self.evaluate(&Population::of([rig])?, &mut score)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
-        let detail = self.first_detail(generation)?;
+        let detail = self.read_details(generation, 1)?[0];
         let picture = self.measure.first_picture()?;
         Ok(Inspection {
             score: score[0],
-            terms: Terms {
-                edge: detail.edge,
-                mean: detail.mean,
-                grad: detail.grad,
-                var: detail.var,
-                hist: detail.hist,
-            },
+            terms: detail.terms(),
             statistics: Statistics {
                 edge_contrast: detail.picture_edge_contrast,
                 mean: detail.picture_mean,

@@ -182,6 +182,10 @@ impl GenerationMemory {
         self.timer.reset(cmd);
         let [histogram_entries, entries] = self.entries;
         for first in (0..individuals).step_by(self.chunk as usize) {
+            if first > 0 {
+                // The last chunk's `fitness` has read what this one's stages write.
+                context.barrier(cmd, COMPUTE_READ, COMPUTE_WRITE);
+            }
             let count = self.chunk.min(individuals - first);
             let chunk = Chunk { first, histogram_entries, entries, ..Chunk::default() };
             measure.record(cmd, view, &mut self.timer, (&chunk, count), lights);
@@ -189,8 +193,6 @@ impl GenerationMemory {
             self.timer.stage(cmd, "fitness", || {
                 view.dispatch(cmd, &fitness.0, [count, 1, 1], &chunk);
             });
-            // The next chunk's reductions write where `fitness` has read.
-            context.barrier(cmd, COMPUTE_READ, COMPUTE_WRITE);
         }
         context.barrier(cmd, COMPUTE_WRITE, (HOST_READ.0 | COPY_READ.0, HOST_READ.1 | COPY_READ.1));
     }

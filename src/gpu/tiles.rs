@@ -1,13 +1,13 @@
 //! The pipeline `compute` for devices with fast shared memory: one stage, `tiles`, shades and
 //! measures the tiles of the picture that have an object pixel.
 
-use super::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
+use super::commands::{COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
 use super::generation::{Measure, part_bytes};
 use super::layout::{Chunk, Tile};
 use super::memory::{Access, Buffer};
 use super::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
 use super::view::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
-use super::{Context, shaders};
+use super::{Context, shaders, staging};
 use crate::Result;
 use ash::vk;
 use std::sync::Arc;
@@ -114,22 +114,8 @@ impl Measure for Tiles {
     }
 
     fn first_picture(&self) -> Result<Vec<f32>> {
-        let size = self.picture.size();
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let out = Buffer::new(&self.context, "picture", size, usage, Access::Readback)?;
-        Commands::once(&self.context, |cmd| {
-            let region = [vk::BufferCopy::default().size(size)];
-            // SAFETY: both buffers are alive and of this size.
-            unsafe {
-                let (from, to) = (self.picture.raw(), out.raw());
-                self.context.device().cmd_copy_buffer(cmd, from, to, &region);
-            }
-            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
-            Ok(())
-        })?;
-        let mut picture = vec![0.0; size as usize / 4];
-        out.read(&mut picture);
-        Ok(picture)
+        let pixels = self.picture.size() as usize / size_of::<f32>();
+        staging::read_buffer(&self.context, &self.picture, pixels)
     }
 }
 
@@ -154,7 +140,7 @@ fn types(context: &Arc<Context>, view: &ViewMemory) -> Result<Vec<u32>> {
     let (size, usage) = (size_of_val(&types[..]) as u64, vk::BufferUsageFlags::TRANSFER_DST);
     let out = Buffer::new(context, "types", size, usage, Access::Readback)?;
     Commands::once(context, |cmd| {
-        context.barrier(cmd, super::commands::COMPUTE_WRITE, COPY_READ);
+        context.barrier(cmd, COMPUTE_WRITE, COPY_READ);
         context.download(cmd, (&view.types, vk::ImageLayout::GENERAL, 0), &out);
         context.barrier(cmd, COPY_WRITE, HOST_READ);
         Ok(())

@@ -180,6 +180,18 @@ pub fn from_clusters(genome: &Genome, clusters: &[Cluster]) -> Vec<f32> {
     genome.encode(&rig)
 }
 
+/// The individual that the visible polygons' clusters suggest.
+pub fn first(
+    scene: &Scene,
+    view: &View,
+    maps: &Maps,
+    genome: &Genome,
+    rng: &mut impl Rng,
+) -> Vec<f32> {
+    let clustering = visible_clusters(scene, view, maps, genome.lights(), rng);
+    from_clusters(genome, &clustering.clusters)
+}
+
 /// The first population: `first` itself, some scattered around it, the rest uniform in the box.
 pub fn population(
     bounds: &[Range],

@@ -2,13 +2,11 @@
 //! they stand, and the course of the search.
 
 use super::json::Design;
-use super::{picture, svg};
+use super::{picture, plot};
 use crate::lighting::{Light, LightKind};
 use crate::objective::Terms;
 use crate::optimize::Progress;
 use anyhow::{Context, Result, anyhow};
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use image::RgbImage;
 use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
@@ -74,7 +72,7 @@ impl Sheet<'_> {
         environment.add_filter("fixed", |value: f64, digits: usize| format!("{value:.digits$}"));
         environment.add_template("report.html", include_str!("report.html.j2"))?;
         let (radius, spots) = self.spots();
-        let plot = svg::convergence(self.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
+        let search = plot::convergence(self.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
         let title = std::path::Path::new(&self.design.header.scene).file_name();
         let page = context! {
             title => title.map_or("scene".into(), |name| name.to_string_lossy()),
@@ -83,7 +81,8 @@ impl Sheet<'_> {
             terms => Serde(self.terms()),
             best => data_uri(self.best)?,
             headlight => data_uri(self.headlight)?,
-            plot => plot,
+            plot => search,
+            theme => Value::from_safe_string(plot::theme::THEME_CSS.into()),
             spots => Serde(spots),
             radius => radius,
             settings => self.settings.clone(),
@@ -122,8 +121,7 @@ impl Sheet<'_> {
     }
 }
 
-/// The picture as a URI; base64 needs no escaping in HTML.
+/// The picture as a URI that the template takes as it is.
 fn data_uri(image: &RgbImage) -> Result<Value> {
-    let text = STANDARD.encode(picture::png(image)?);
-    Ok(Value::from_safe_string(format!("data:image/png;base64,{text}")))
+    Ok(Value::from_safe_string(picture::data_uri(image)?))
 }
