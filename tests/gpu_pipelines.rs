@@ -4,6 +4,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod figures;
 #[path = "support/gpu.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
 mod support;
 
 use figures::{instances, masked, normal_mapped, perspective, quads};
@@ -136,7 +137,10 @@ fn every_pipeline_agrees_with_the_twins_for_1_to_16_lights() {
     for way in OF_MAPS {
         let context = context(way);
         let mut evaluator = evaluator(&context, &maps, &view);
-        for lights in [1, 2, 3, 4, 5, 8, 11, 16] {
+        // Each number is a shader of its own, and long to compile for tiles on a software device.
+        let numbers: &[usize] =
+            if way == TILES { &[1, 3, 16] } else { &[1, 2, 3, 4, 5, 8, 11, 16] };
+        for &lights in numbers {
             for kind in [LightKind::Point, LightKind::Directional] {
                 let rigs = rigs(lights as u64, 2, lights, kind);
                 check(&mut evaluator, &maps, &view, &rigs, &format!("{way:?} {lights}"));
