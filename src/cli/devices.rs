@@ -106,7 +106,7 @@ fn abilities(report: &DeviceReport) -> String {
     let memory = report.memory as f64 / f64::from(1 << 30);
     let (pipeline, reason) = (report.pipeline, report.pipeline_reason);
     format!(
-        "run klieg: {layers} pictures a draw, {side} pixels a side, {memory:.1} GiB, {timed}; \
+        "run klieg: {layers} pictures a draw, {side} pixels a side, {memory:.1} GiB, {timed}\n\
          pipeline {pipeline}: {reason}"
     )
 }
