@@ -15,9 +15,9 @@ layout(local_size_x_id = 0) in;
 layout(constant_id = 0) const uint GROUP = 256;
 layout(constant_id = 1) const uint LIGHTS = 1;
 layout(constant_id = 2) const uint SUBGROUP = 32; // invocations
+layout(constant_id = 3) const uint SIDE = 32; // of a tile, pixels
+layout(constant_id = 4) const uint BLOCK = 4; // individuals
 
-const uint BLOCK = 4; // individuals
-const uint SIDE = 32; // of a tile, pixels
 const uint FRAME = SIDE + 2; // the same with its border
 const uint AREA = FRAME * FRAME;
 const uint SHADED = (AREA + GROUP - 1) / GROUP; // pixels of an invocation, with the border

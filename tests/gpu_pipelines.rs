@@ -111,7 +111,7 @@ fn pictures() -> Vec<(&'static str, Maps)> {
         ("nothing", maps(20, 20, |_, _| None)),
     ];
     assert_eq!(named[4].1.counts.object(), 1);
-    assert_eq!(named[9].1.counts.object(), (37 * 37 + 1) / 2);
+    assert_eq!(named[9].1.counts.object(), (37u32 * 37).div_ceil(2));
     named
 }
 

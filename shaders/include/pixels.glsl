@@ -5,7 +5,8 @@
 
 #include "layout.glsl"
 
-// Individuals that share a pass over the pixels; their brightnesses stand together.
+// Individuals that share a pass over the pixels; their brightnesses stand together. As in
+// src/gpu/runs.rs, and so the next.
 const uint BLOCK = 4;
 // Lights of a block, behind those that only alignment brings along.
 const uint WINDOW = 72;

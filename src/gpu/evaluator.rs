@@ -3,7 +3,6 @@
 use super::Context;
 use super::choice::{ComputeShape, PipelineKind};
 use super::commands::Commands;
-use super::compute::Compute;
 use super::drawable::Drawable;
 use super::drawn::{self, Drawn};
 use super::forward::ForwardDraw;
@@ -11,6 +10,7 @@ use super::generation::{Fitness, GenerationMemory, Measure};
 use super::layered::Layered;
 use super::layout::Detail;
 use super::population::StoredDraw;
+use super::runs::Runs;
 use super::staging;
 use super::tiles::Tiles;
 use super::view::ViewMemory;
@@ -96,7 +96,7 @@ impl GpuEvaluator {
                 Box::new(Layered::new(context, &view, draw)?)
             }
             PipelineKind::Compute => match context.shape() {
-                ComputeShape::Runs => Box::new(Compute::new(context, &view, objects)?),
+                ComputeShape::Runs => Box::new(Runs::new(context, &view, objects)?),
                 ComputeShape::Tiles => Box::new(Tiles::new(context, &view)?),
             },
         };

@@ -2,10 +2,10 @@
 //! makes the scores. A population larger than what the pipeline can hold at once goes in chunks.
 
 use super::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, HOST_READ, StageTimer};
-use super::compute::LIGHT_MARGIN;
 use super::layout::{Chunk, Detail, GradientPart, MomentPart, binding};
 use super::memory::{Access, Buffer};
 use super::pipeline::Pipeline;
+use super::runs::LIGHT_MARGIN;
 use super::view::ViewMemory;
 use super::{Context, shaders};
 use crate::lighting::LightRecord;

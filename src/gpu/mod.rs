@@ -5,7 +5,6 @@
 
 mod choice;
 mod commands;
-mod compute;
 mod context;
 mod devices;
 mod drawable;
@@ -23,6 +22,7 @@ mod pipeline;
 mod pixels;
 mod population;
 mod requirements;
+mod runs;
 pub mod shaders;
 mod staging;
 #[cfg(test)]

@@ -119,3 +119,56 @@ impl Pixels {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu;
+    use crate::gpu::{staging, testing};
+    use crate::lighting::shading::Shading;
+    use crate::objective::Objective;
+    use crate::objective::maps::{Maps, PixelType};
+
+    /// The device's list in the form of the twin's.
+    fn listed(context: &Arc<Context>, maps: &Maps, view: &ViewMemory) -> Vec<cpu::pixels::Pixel> {
+        let count = maps.counts.object();
+        let pixels = Pixels::new(context, view, count, 64).unwrap();
+        let [_, taps, _] = &pixels._buffers;
+        let taps: Vec<Taps> = staging::read_buffer(context, taps, count as usize).unwrap();
+        let places: Vec<u32> =
+            staging::read_buffer(context, &pixels.places, count as usize).unwrap();
+        let pixel = |(number, (at, &place)): (usize, (&Taps, &u32))| {
+            let (number, bit) = (number as u32, |k: u32| at.present >> k & 1);
+            let row = |middle: u32, k: u32| [middle.wrapping_sub(1), middle, middle + bit(k)];
+            let rows =
+                [row(at.up, 1), [number.wrapping_sub(1), number, number + 1], row(at.down, 7)];
+            let all = rows.as_flattened();
+            let kind = if at.kind == 2 { PixelType::Edge } else { PixelType::Surface };
+            let or_own = |k: usize| if bit(k as u32) != 0 { all[k] } else { number };
+            cpu::pixels::Pixel { place, kind, neighbours: std::array::from_fn(or_own) }
+        };
+        taps.iter().zip(&places).enumerate().map(pixel).collect()
+    }
+
+    #[test]
+    fn the_device_lists_the_pixels_that_the_twin_lists() {
+        let context = testing::context();
+        let (objective, shading) = (Objective::default(), Shading::default());
+        for (width, height) in [(37, 19), (1, 1), (3, 200), (129, 65)] {
+            let (mut maps, view) = testing::maps(width, height);
+            // Holes of one pixel, and pixels alone.
+            for at in (0..maps.types.len()).step_by(5) {
+                let object = maps.types[at] != PixelType::Background;
+                maps.types[at] = if object { PixelType::Background } else { PixelType::Edge };
+            }
+            let count = |kind| maps.types.iter().filter(|&&k| k == kind).count() as u32;
+            maps.counts.surface = count(PixelType::Surface);
+            maps.counts.edge = count(PixelType::Edge);
+            let memory =
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+            let twins = cpu::pixels::pixels(&maps.types, width, height);
+            assert_eq!(listed(&context, &maps, &memory), twins, "{width}x{height}");
+        }
+        testing::assert_valid(&context);
+    }
+}

@@ -77,7 +77,8 @@ impl Measure for Tiles {
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
         if self.stages.iter().all(|(l, _)| *l != lights) {
-            let constants = [GROUP, lights as u32, self.context.report().subgroup_size];
+            let subgroup = self.context.report().subgroup_size;
+            let constants = [GROUP, lights as u32, subgroup, SIDE, BLOCK];
             let (spirv, layout) = (shaders::TILES_COMP, &self.layout);
             let stage = Pipeline::compute(&self.context, "tiles", spirv, layout, &constants)?;
             self.stages.push((lights, stage));

@@ -1,5 +1,5 @@
-//! The pipeline `compute`: no pictures, object pixels alone. `shading` computes the brightness of
-//! every object pixel for a block of individuals, `statistics` reduces it.
+//! The pipeline `compute` for devices without fast shared memory: `shading` computes the brightness of
+//! every object pixel for a block of individuals, `statistics` reduces it along runs of them.
 
 use super::commands::{COMPUTE_READ, COMPUTE_WRITE, StageTimer};
 use super::generation::Measure;
@@ -27,7 +27,7 @@ const PIXEL_BYTES: u64 = size_of::<[f32; BLOCK as usize]>() as u64;
 const LIGHT_BYTES: u32 = size_of::<LightRecord>() as u32;
 
 /// The object pixels, the two stages and the memory between them.
-pub struct Compute {
+pub struct Runs {
     shading: Vec<(usize, Pipeline)>,
     statistics: Pipeline,
     brightness: Option<Buffer>,
@@ -36,7 +36,7 @@ pub struct Compute {
     context: Arc<Context>,
 }
 
-impl Compute {
+impl Runs {
     /// For a view with `objects` object pixels, whose records and types are there.
     ///
     /// # Errors
@@ -62,7 +62,7 @@ impl Compute {
     }
 }
 
-impl Measure for Compute {
+impl Measure for Runs {
     fn entries(&self) -> [u32; 2] {
         [self.groups() * GROUP; 2]
     }
