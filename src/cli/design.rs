@@ -1,10 +1,10 @@
 //! `klieg design`: the search, and all that it leaves behind.
 
-use super::config::{Method, Settings};
+use super::config::{First, Method, Settings};
 use super::options::{Kind, SceneOptions, TargetOptions};
 use super::print;
 use super::progress::{self, Interrupt};
-use super::session::{Session, milliseconds};
+use super::session::{Session, milliseconds, warn};
 use super::values::Lights;
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
@@ -13,6 +13,7 @@ use crate::optimize::{self, Descent, Genetic, Optimizer, Outcome, Progress};
 use crate::report::html::Sheet;
 use crate::report::json::{self, Design};
 use crate::report::{Staging, csv, picture, plot};
+use crate::scene;
 use anyhow::{Result, anyhow};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -56,6 +57,9 @@ pub(super) struct Options {
     /// How the lights are searched [default: ga]
     #[arg(long)]
     optimizer: Option<Method>,
+    /// Where the search begins [default: k-means]
+    #[arg(long, value_name = "RIG")]
+    first: Option<First>,
     /// Seed of every random choice [default: 0]
     #[arg(long)]
     seed: Option<u64>,
@@ -73,6 +77,7 @@ impl Options {
         search.population = self.population.unwrap_or(search.population);
         search.generations = self.generations.unwrap_or(search.generations);
         settings.optimizer = self.optimizer.unwrap_or(settings.optimizer);
+        settings.first = self.first.unwrap_or(settings.first);
         settings.seed = self.seed.unwrap_or(settings.seed);
         Ok(settings)
     }
@@ -117,12 +122,31 @@ fn spare(scene: &Path, lit: &Path) -> crate::Result<()> {
     Ok(())
 }
 
-/// The search that the settings ask for, from the k-means start.
+/// The individual that the search begins with.
+fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result<Vec<f32>> {
+    let preset = match session.settings.first {
+        First::KMeans => {
+            let maps = session.evaluator.maps()?;
+            return Ok(start::first(&session.scene, &session.view, maps, genome, rng));
+        }
+        First::Random => return Ok(genome.bounds().iter().map(|r| r.uniform(rng)).collect()),
+        First::Scene => {
+            let (rig, warnings) = scene::lights::rig(&session.scene, &session.view)?;
+            warn(&warnings);
+            return Ok(start::from_rig(genome, &rig)?);
+        }
+        First::Headlight => Preset::Headlight,
+        First::LightKit => Preset::LightKit,
+        First::ThreePoint => Preset::ThreePoint,
+    };
+    Ok(start::from_rig(genome, &preset.rig())?)
+}
+
+/// The search that the settings ask for.
 fn search(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer>> {
     let Settings { seed, optimizer, start: spread, search, greedy, .. } = session.settings.clone();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let maps = session.evaluator.maps()?;
-    let first = start::first(&session.scene, &session.view, maps, genome, &mut rng);
+    let first = first(session, genome, &mut rng)?;
     let bounds = genome.bounds();
     Ok(match optimizer {
         Method::Ga => {
@@ -205,7 +229,7 @@ fn write(session: &mut Session, outcome: &Outcome, staging: &mut Staging) -> Res
     };
     staging.write("report.html", sheet.render()?)?;
     let lit = staging.path(LIT);
-    crate::scene::lit::write(&session.scene.path, &session.view, &outcome.rig, &lit)?;
+    scene::lit::write(&session.scene.path, &session.view, &outcome.rig, &lit)?;
     staging.write("convergence.csv", csv::convergence(&outcome.history)?)?;
     let plot = plot::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
     staging.write("convergence.svg", plot)?;

@@ -7,6 +7,7 @@ mod design;
 mod device;
 mod devices;
 mod options;
+mod paper;
 mod print;
 mod progress;
 mod score;
@@ -31,6 +32,7 @@ enum Command {
     Analyze(analyze::Options),
     Devices(devices::Options),
     Study(study::Options),
+    Paper(paper::Options),
     Bench(bench::Options),
 }
 
@@ -45,6 +47,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Analyze(options) => analyze::run(&options),
         Command::Devices(options) => devices::run(&options),
         Command::Study(options) => study::run(&options),
+        Command::Paper(options) => paper::run(&options),
         Command::Bench(options) => bench::run(&options),
     }
 }

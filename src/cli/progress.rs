@@ -82,6 +82,11 @@ impl Watch {
     /// Takes note of evaluations.
     pub fn made(&self, evaluations: usize) -> ControlFlow<()> {
         self.bar.inc(evaluations as u64);
+        self.check()
+    }
+
+    /// Whether to go on.
+    pub fn check(&self) -> ControlFlow<()> {
         self.interrupt.check()
     }
 }

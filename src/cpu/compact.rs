@@ -13,30 +13,48 @@ const BAND_PIXELS: usize = 1 << 14;
 /// See [`BAND_PIXELS`].
 const BAND_ROWS: usize = 32;
 
-/// What shading needs of each object pixel.
+/// Pixels of a [`Group`]: the widest vectors hold as many numbers.
+pub const LANES: usize = 16;
+
+/// One number for each pixel of a group.
+pub type Lanes = [f32; LANES];
+
+/// What shading needs of [`LANES`] successive object pixels, 56 bytes each. Side by side in memory,
+/// they are read as one stream; an array for each number would bring all of them into the same few
+/// lines of the cache.
+#[repr(C, align(64))]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Group {
+    /// Position in the light frame, by axis.
+    pub position: [Lanes; 3],
+    /// Unit normal `n`.
+    pub normal: [Lanes; 3],
+    /// Unit vector to the viewer `v`.
+    pub to_viewer: [Lanes; 3],
+    /// `n·v`.
+    pub facing: Lanes,
+    /// Luminance of the diffuse reflectance.
+    pub diffuse: Lanes,
+    /// Luminance of the specular reflectance with its normalisation.
+    pub specular: Lanes,
+    /// `s/2`, so that `(n·h)^s = 2^(exponent·log₂((n·h)²))`.
+    pub exponent: Lanes,
+    /// Luminance without any light.
+    pub unlit: Lanes,
+}
+
+/// The object's pixels.
 #[derive(Debug, Clone, Default)]
 pub struct Pixels {
-    /// Position in the light frame, by axis.
-    pub position: [Vec<f32>; 3],
-    /// Unit normal.
-    pub normal: [Vec<f32>; 3],
-    /// Unit vector to the viewer.
-    pub to_viewer: [Vec<f32>; 3],
-    /// Luminance of the diffuse reflectance.
-    pub diffuse: Vec<f32>,
-    /// Luminance of the specular reflectance with its normalisation.
-    pub specular: Vec<f32>,
-    /// `s·log₂e`, so that `(n·h)^s = 2^(exponent·ln(n·h))`.
-    pub exponent: Vec<f32>,
-    /// Luminance without any light.
-    pub unlit: Vec<f32>,
-    /// The pixel's index in the picture.
+    /// The last group is filled up with pixels that reflect nothing.
+    pub groups: Vec<Group>,
+    /// Each pixel's index in the picture.
     pub at: Vec<u32>,
 }
 
 /// SURFACE pixels side by side whose neighbourhoods lie in the object. The three indices count from
-/// the band's first shaded pixel and name the pixel left of the run's first, its upper and its lower
-/// neighbour.
+/// the first pixel of the band's first group and name the pixel left of the run's first, its upper and
+/// its lower neighbour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Run {
     /// Upper row.
@@ -49,19 +67,23 @@ pub struct Run {
     pub len: u32,
 }
 
+/// The pixels around one, row by row from the top.
+pub type Taps = [u32; 8];
+
 /// Some rows of the picture, measured together.
 #[derive(Debug, Clone, Default)]
 pub struct Band {
-    /// Pixels that are measured.
+    /// Pixels that are measured, counted from the first pixel of the first group.
     pub own: Range<usize>,
-    /// Pixels that are shaded: the measured ones, and the rows above and below for the gradients.
-    pub shaded: Range<usize>,
+    /// Groups that are shaded: those of the measured pixels, and of the rows above and below for the
+    /// gradients.
+    pub groups: Range<usize>,
     /// Inner SURFACE pixels.
     pub runs: Vec<Run>,
-    /// Neighbourhoods of the other SURFACE pixels, counted from the first shaded pixel.
-    pub surface: Vec<[u32; 9]>,
-    /// Neighbourhoods of the EDGE pixels.
-    pub edge: Vec<[u32; 9]>,
+    /// Surroundings of the other SURFACE pixels, counted as `own`.
+    pub surface: Vec<Taps>,
+    /// Surroundings of the EDGE pixels, counted likewise.
+    pub edge: Vec<Taps>,
 }
 
 impl Pixels {
@@ -70,24 +92,30 @@ impl Pixels {
         let surface = &maps.surface;
         let mut pixels = Self::default();
         for at in (0..surface.code.len()).filter(|&at| maps.types[at] != PixelType::Background) {
-            let position = Vec3::from(surface.position[at]);
+            let lane = pixels.at.len() % LANES;
+            if lane == 0 {
+                pixels.groups.push(Group::default());
+            }
+            pixels.at.push(at as u32);
+            let group = pixels.groups.last_mut().expect("pushed with the first of its pixels");
             let reflectance = shading.reflectance(
                 surface.base_color[at].into(),
                 surface.metallic[at],
                 surface.roughness[at],
                 surface.emissive[at].into(),
             );
-            let axes = |columns: &mut [Vec<f32>; 3], vector: [f32; 3]| {
-                columns.iter_mut().zip(vector).for_each(|(column, x)| column.push(x));
-            };
-            axes(&mut pixels.position, surface.position[at]);
-            axes(&mut pixels.normal, surface.normal[at]);
-            axes(&mut pixels.to_viewer, view.towards_viewer(position).to_array());
-            pixels.diffuse.push(luminance(reflectance.diffuse));
-            pixels.specular.push(luminance(reflectance.specular));
-            pixels.exponent.push(reflectance.shininess * std::f32::consts::LOG2_E);
-            pixels.unlit.push(luminance(reflectance.unlit));
-            pixels.at.push(at as u32);
+            let normal = Vec3::from(surface.normal[at]);
+            let to_viewer = view.towards_viewer(surface.position[at].into());
+            for axis in 0..3 {
+                group.position[axis][lane] = surface.position[at][axis];
+                group.normal[axis][lane] = normal[axis];
+                group.to_viewer[axis][lane] = to_viewer[axis];
+            }
+            group.facing[lane] = normal.dot(to_viewer);
+            group.diffuse[lane] = luminance(reflectance.diffuse);
+            group.specular[lane] = luminance(reflectance.specular);
+            group.exponent[lane] = 0.5 * reflectance.shininess;
+            group.unlit[lane] = luminance(reflectance.unlit);
         }
         pixels
     }
@@ -113,19 +141,24 @@ impl Pixels {
 
     fn band(&self, maps: &Maps, own: Range<usize>, shaded: Range<usize>) -> Band {
         let (width, height) = (maps.surface.width, maps.surface.height);
+        let groups = shaded.start / LANES..shaded.end.div_ceil(LANES);
+        let first = groups.start * LANES;
         let local = |at: usize| {
             let index = self.at[shaded.clone()].binary_search(&(at as u32));
-            index.expect("a neighbour in the object lies in the rows that are shaded") as u32
+            let index = index.expect("a neighbour in the object lies in the rows that are shaded");
+            (index + shaded.start - first) as u32
         };
-        let mut band = Band { own: own.clone(), shaded: shaded.clone(), ..Band::default() };
+        let from_first = own.start - first..own.end - first;
+        let mut band = Band { own: from_first, groups, ..Band::default() };
         let mut last_inner = usize::MAX;
         for &at in &self.at[own] {
             let at = at as usize;
             let taps = neighbourhood::within_object(&maps.types, width, height, at);
-            let inner = (0..9).all(|k| k == 4 || taps[k] != at);
+            let around = [0, 1, 2, 3, 5, 6, 7, 8].map(|k| taps[k]);
+            let inner = around.iter().all(|&tap| tap != at);
             match maps.types[at] {
-                PixelType::Edge => band.edge.push(taps.map(local)),
-                _ if !inner => band.surface.push(taps.map(local)),
+                PixelType::Edge => band.edge.push(around.map(local)),
+                _ if !inner => band.surface.push(around.map(local)),
                 _ => {
                     // Rows do not run together: their first and last pixels are never inner.
                     match band.runs.last_mut() {

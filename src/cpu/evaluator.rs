@@ -1,11 +1,11 @@
 //! The native evaluator: the plain stages' results, fast.
 //!
-//! A task shades one individual in one band of rows and measures it there while the picture is in the
-//! cache; the bands' sums are then added in order. Bands depend on the maps alone, so the bits do not
-//! depend on the number of threads.
+//! A task shades some individuals in one band of rows and measures them there while the pictures are
+//! in the cache; the bands' sums are then added in order. Bands depend on the maps alone, so the bits
+//! do not depend on the number of threads.
 
 use super::compact::{Band, Pixels};
-use super::kernels;
+use super::kernels::{self, Tile};
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population};
@@ -14,9 +14,16 @@ use crate::objective::{HISTOGRAM_BINS, Objective, Quality, Statistics};
 use crate::scene::view::View;
 use crate::{Error, Result};
 use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
-/// Rigs that are evaluated together; it bounds the memory of the parts.
-const CHUNK_RIGS: usize = 1 << 10;
+/// Parts that are made before they are put together; it bounds their memory.
+const CHUNK_PARTS: usize = 1 << 18;
+
+/// Most rigs of a task: each record of the surface is read once for all of them.
+const TASK_RIGS: usize = 8;
+
+/// Tasks for each thread, at least, before a task takes several rigs.
+const THREAD_TASKS: usize = 4;
 
 /// Evaluates populations on all cores of the machine (rayon's current thread pool).
 #[derive(Debug)]
@@ -27,6 +34,9 @@ pub struct CpuEvaluator {
     bands: Vec<Band>,
     /// Of the last chunk: all rigs' parts of the first band, then of the next.
     parts: Vec<Part>,
+    /// Room for the pictures of a task, [`TASK_RIGS`] of [`CpuEvaluator::stride`] tiles each, that no
+    /// task uses at the moment.
+    rooms: Mutex<Vec<Vec<Tile>>>,
     device: DeviceInfo,
 }
 
@@ -44,45 +54,62 @@ struct Part {
     histogram: [u32; HISTOGRAM_BINS],
 }
 
-/// Memory of one thread.
-struct Scratch {
-    picture: Vec<f32>,
-    lengths: Vec<f32>,
-}
-
 impl CpuEvaluator {
     /// An evaluator of the view that `maps` describes.
     pub fn new(maps: Maps, view: &View, objective: Objective, shading: Shading) -> Self {
         let pixels = Pixels::new(&maps, view, &shading);
         let bands = pixels.bands(&maps);
-        Self { maps, objective, pixels, bands, parts: Vec::new(), device: device() }
+        let (parts, rooms) = Default::default();
+        Self { maps, objective, pixels, bands, parts, rooms, device: device() }
     }
 
-    fn scratch(&self) -> Scratch {
-        let largest = self.bands.iter().map(|band| band.shaded.len()).max().unwrap_or(0);
-        let width = self.maps.surface.width as usize;
-        Scratch { picture: vec![0.0; largest], lengths: vec![0.0; width] }
+    /// Tiles of a picture of any band.
+    fn stride(&self) -> usize {
+        self.bands.iter().map(|band| band.groups.len()).max().unwrap_or(0).max(1)
     }
 
-    /// Shades and measures one individual in one band; the picture stays in the scratch space.
-    fn measure(&self, band: &Band, rig: &[LightRecord], scratch: &mut Scratch) -> Part {
-        let picture = &mut scratch.picture[..band.shaded.len()];
-        kernels::shade(&self.pixels, band.shaded.clone(), rig, picture);
-        let own = band.own_of(picture);
+    fn with_room<T>(&self, work: impl FnOnce(&mut [Tile]) -> T) -> T {
+        let rooms = || self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
+        let spare = rooms().pop();
+        let mut room = spare.unwrap_or_else(|| vec![Tile::default(); TASK_RIGS * self.stride()]);
+        let result = work(&mut room);
+        rooms().push(room);
+        result
+    }
+
+    /// Shades some rigs in one band and measures them; the pictures stay in the room.
+    fn measure(
+        &self,
+        band: &Band,
+        rigs: &[LightRecord],
+        lights: usize,
+        room: &mut [Tile],
+        parts: &mut [Part],
+    ) {
+        let groups = &self.pixels.groups[band.groups.clone()];
+        let stride = self.stride();
+        kernels::shade(groups, rigs, lights, room, stride);
+        for (part, picture) in parts.iter_mut().zip(room.chunks_exact(stride)) {
+            *part = self.part(band, bytemuck::cast_slice(picture));
+        }
+    }
+
+    /// Measures one rig's picture of a band.
+    fn part(&self, band: &Band, picture: &[f32]) -> Part {
+        let own = &picture[band.own.clone()];
         let (sum, squares) = kernels::moments(own);
-        let mut histogram = [0; HISTOGRAM_BINS];
-        kernels::histogram(own, &mut histogram);
-        let inner = kernels::interior_gradient(picture, &band.runs, &mut scratch.lengths);
-        let outer = kernels::tapped_gradient(picture, &band.surface, |length| length);
-        let full = self.objective.edge_contrast;
-        let edge = kernels::tapped_gradient(picture, &band.edge, |length| (length / full).min(1.0));
-        Part { sum, squares, edge, gradient: inner + outer, histogram }
+        let inner = kernels::interior_gradient(picture, &band.runs);
+        let outer = kernels::tapped_gradient(picture, &band.surface, 1.0, f32::MAX);
+        let full = 1.0 / self.objective.edge_contrast;
+        let edge = kernels::tapped_gradient(picture, &band.edge, full, 1.0);
+        Part { sum, squares, edge, gradient: inner + outer, histogram: kernels::histogram(own) }
     }
 
     /// Passes the quality of every rig to `take`, in order.
     fn measure_all(&mut self, population: &Population, mut take: impl FnMut(Quality)) {
         let lights = population.lights();
-        for records in population.records().chunks(CHUNK_RIGS * lights) {
+        let chunk = (CHUNK_PARTS / self.bands.len().max(1)).max(1);
+        for records in population.records().chunks(chunk * lights) {
             self.measure_chunk(records, lights, &mut take);
         }
     }
@@ -97,14 +124,18 @@ impl CpuEvaluator {
         let rigs = records.len() / lights;
         let mut parts = std::mem::take(&mut self.parts);
         parts.resize(rigs * self.bands.len(), Part::default());
-        parts.par_iter_mut().enumerate().for_each_init(
-            || self.scratch(),
-            |scratch, (task, part)| {
-                let (band, rig) = (task / rigs, task % rigs);
-                let rig = &records[rig * lights..(rig + 1) * lights];
-                *part = self.measure(&self.bands[band], rig, scratch);
-            },
-        );
+        let tasks = THREAD_TASKS * rayon::current_num_threads();
+        let task_rigs = (parts.len() / tasks).clamp(1, TASK_RIGS);
+        let bands = parts.par_chunks_mut(rigs).zip(&self.bands);
+        bands
+            .flat_map(|(parts, band)| {
+                let tasks =
+                    parts.par_chunks_mut(task_rigs).zip(records.par_chunks(task_rigs * lights));
+                tasks.map(move |(parts, rigs)| (band, parts, rigs))
+            })
+            .for_each(|(band, parts, rigs)| {
+                self.with_room(|room| self.measure(band, rigs, lights, room, parts));
+            });
         for rig in 0..rigs {
             let statistics = self.statistics(parts.iter().skip(rig).step_by(rigs));
             take(self.objective.quality(&statistics, &self.maps));
@@ -165,14 +196,17 @@ impl Evaluator for CpuEvaluator {
     fn inspect(&mut self, rig: &[Light]) -> Result<Inspection> {
         let population = Population::of([rig])?;
         let mut picture = vec![0.0; self.maps.types.len()];
-        let mut scratch = self.scratch();
-        let mut parts = Vec::new();
-        for band in &self.bands {
-            parts.push(self.measure(band, population.records(), &mut scratch));
-            let own = band.own_of(&scratch.picture);
-            for (&at, &i) in self.pixels.at[band.own.clone()].iter().zip(own) {
-                picture[at as usize] = i;
-            }
+        let mut parts = vec![Part::default(); self.bands.len()];
+        let mut at = self.pixels.at.iter();
+        for (band, part) in self.bands.iter().zip(&mut parts) {
+            self.with_room(|room| {
+                let part = std::slice::from_mut(part);
+                self.measure(band, population.records(), rig.len(), room, part);
+                let own: &[f32] = bytemuck::cast_slice(room);
+                for (&i, &at) in own[band.own.clone()].iter().zip(&mut at) {
+                    picture[at as usize] = i;
+                }
+            });
         }
         let statistics = self.statistics(parts.iter());
         let Quality { score, terms } = self.objective.quality(&statistics, &self.maps);
@@ -181,13 +215,6 @@ impl Evaluator for CpuEvaluator {
 
     fn maps(&mut self) -> Result<&Maps> {
         Ok(&self.maps)
-    }
-}
-
-impl Band {
-    /// The measured part of a picture of the shaded pixels.
-    fn own_of<'a>(&self, shaded: &'a [f32]) -> &'a [f32] {
-        &shaded[self.own.start - self.shaded.start..self.own.end - self.shaded.start]
     }
 }
 

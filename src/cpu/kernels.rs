@@ -2,76 +2,117 @@
 //! machine's best is chosen at run time. All of them give the same bits: every sum is taken in
 //! [`LANES`] parts in a fixed order.
 
-use super::compact::{Pixels, Run};
-use super::fast_math::{exp2, ln, reciprocal_sqrt, srgb_encode};
+use super::compact::{Group, LANES, Lanes, Run};
+use super::fast_math::{exp2, log2, reciprocal_sqrt, srgb_encode};
 use crate::lighting::LightRecord;
 use crate::objective::HISTOGRAM_BINS;
+use bytemuck::{Pod, Zeroable};
 use multiversion::multiversion;
-use std::ops::Range;
-
-/// Partial sums of each sum: one for each lane of the widest vectors.
-const LANES: usize = 16;
 
 /// Terms that are added in single precision before a sum goes on in double precision.
 const SUM_BLOCK: usize = 64 * LANES;
 
-/// Pixels that are shaded under all lights before the next ones, so that they stay in the cache.
-const SHADE_BLOCK: usize = 512;
+/// Groups that are shaded under the lights of all rigs before the next ones, so that they stay in the
+/// first cache: 7 KiB.
+const SHADE_BLOCK: usize = 8;
 
-/// The picture `I` of the pixels `range` under a rig; see [`crate::cpu::population`].
+/// Pixels whose bins are kept before they are counted.
+const COUNT_BLOCK: usize = 32 * LANES;
+
+/// A picture's pixels, group by group.
+#[repr(C, align(64))]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+pub struct Tile(Lanes);
+
+/// The pictures `I` of `groups` under rigs of `lights` lights each, one for each piece of `pictures`
+/// of `stride` tiles; see [`crate::cpu::population`].
 #[multiversion(targets = "simd")]
-pub fn shade(pixels: &Pixels, range: Range<usize>, rig: &[LightRecord], picture: &mut [f32]) {
-    for (block, out) in picture.chunks_mut(SHADE_BLOCK).enumerate() {
-        let start = range.start + block * SHADE_BLOCK;
-        out.copy_from_slice(&pixels.unlit[start..start + out.len()]);
-        for light in rig {
-            if light.radius2 > 0.0 {
-                add_light::<true>(pixels, start, light, out);
-            } else {
-                add_light::<false>(pixels, start, light, out);
-            }
+pub fn shade(
+    groups: &[Group],
+    rigs: &[LightRecord],
+    lights: usize,
+    pictures: &mut [Tile],
+    stride: usize,
+) {
+    for (block, groups) in groups.chunks(SHADE_BLOCK).enumerate() {
+        let pictures = pictures.chunks_exact_mut(stride);
+        for (rig, picture) in rigs.chunks_exact(lights).zip(pictures) {
+            shade_block(groups, rig, &mut picture[block * SHADE_BLOCK..][..groups.len()]);
         }
-        for i in out {
+    }
+}
+
+#[inline(always)]
+fn shade_block(groups: &[Group], rig: &[LightRecord], tiles: &mut [Tile]) {
+    for (group, tile) in groups.iter().zip(&mut *tiles) {
+        tile.0 = group.unlit;
+    }
+    for light in rig {
+        if light.radius2 > 0.0 {
+            add_light::<true>(groups, light, tiles);
+        } else {
+            add_light::<false>(groups, light, tiles);
+        }
+    }
+    for tile in tiles {
+        for i in &mut tile.0 {
             *i = srgb_encode(*i);
         }
     }
 }
 
-/// Adds one light's luminance to the pixels from `start` on; the formula is [`crate::lighting::shading::light_response`].
+/// Adds one light's luminance; the formula is [`crate::lighting::shading::light_response`].
 #[inline(always)]
-fn add_light<const POINT: bool>(
-    pixels: &Pixels,
-    start: usize,
-    light: &LightRecord,
-    out: &mut [f32],
-) {
-    // Slices of one visible length: a bounds check left in the loop would leave its end to scalar code.
-    let n = out.len();
-    let [px, py, pz] = pixels.position.each_ref().map(|c| &c[start..][..n]);
-    let [nx, ny, nz] = pixels.normal.each_ref().map(|c| &c[start..][..n]);
-    let [vx, vy, vz] = pixels.to_viewer.each_ref().map(|c| &c[start..][..n]);
-    let diffuse = &pixels.diffuse[start..][..n];
-    let specular = &pixels.specular[start..][..n];
-    let exponent = &pixels.exponent[start..][..n];
-    let [x, y, z] = light.position;
-    for i in 0..n {
-        let (mut lx, mut ly, mut lz, mut falloff) = (x, y, z, 1.0);
-        if POINT {
-            (lx, ly, lz) = (x - px[i], y - py[i], z - pz[i]);
-            let inverse = reciprocal_sqrt(lx * lx + ly * ly + lz * lz);
-            (lx, ly, lz) = (lx * inverse, ly * inverse, lz * inverse);
-            falloff = light.radius2 * (inverse * inverse);
+fn add_light<const POINT: bool>(groups: &[Group], light: &LightRecord, tiles: &mut [Tile]) {
+    let scale = if POINT { light.radius2 } else { 1.0 };
+    let (diffuse, specular) = (light.diffuse * scale, light.specular * scale);
+    for (group, tile) in groups.iter().zip(tiles) {
+        // Neighbours are alike: often all of a group are turned away from the light.
+        let mut lit = 0;
+        for k in 0..LANES {
+            let [x, y, z] = to_light::<POINT>(group, light, k);
+            lit |= !dot_normal(group, k, [x, y, z]).to_bits() >> 31;
         }
-        let n_l = nx[i] * lx + ny[i] * ly + nz[i] * lz;
-        let (hx, hy, hz) = (lx + vx[i], ly + vy[i], lz + vz[i]);
-        let along = nx[i] * hx + ny[i] * hy + nz[i] * hz;
-        let n_h = along * reciprocal_sqrt(hx * hx + hy * hy + hz * hz);
-        let n_h = if n_h > 0.0 { n_h } else { 0.0 };
-        let highlight = exp2(exponent[i] * ln(n_h));
-        let strength = if n_l > 0.0 { falloff * n_l } else { 0.0 };
-        let reflected = light.diffuse * diffuse[i] + light.specular * (specular[i] * highlight);
-        out[i] += strength * reflected;
+        if lit == 0 {
+            continue;
+        }
+        for k in 0..LANES {
+            let [x, y, z] = to_light::<POINT>(group, light, k);
+            let square = x.mul_add(x, y.mul_add(y, z * z));
+            let inverse = if POINT { reciprocal_sqrt(square) } else { 1.0 };
+            let n_l = dot_normal(group, k, [x, y, z]) * inverse;
+            let hx = x.mul_add(inverse, group.to_viewer[0][k]);
+            let hy = y.mul_add(inverse, group.to_viewer[1][k]);
+            let hz = z.mul_add(inverse, group.to_viewer[2][k]);
+            // The summand keeps 0/0 away.
+            let square = hx.mul_add(hx, hy.mul_add(hy, hz.mul_add(hz, f32::MIN_POSITIVE)));
+            let along = n_l + group.facing[k];
+            let n_h2 = along * along / square;
+            let n_h2 = if n_h2 < 1.0 { n_h2 } else { 1.0 };
+            let highlight = exp2(group.exponent[k] * log2(n_h2));
+            let strength = if n_l > 0.0 { n_l * (inverse * inverse) } else { 0.0 };
+            let reflected =
+                diffuse.mul_add(group.diffuse[k], specular * (group.specular[k] * highlight));
+            tile.0[k] = strength.mul_add(reflected, tile.0[k]);
+        }
     }
+}
+
+/// From the group's pixel `k` to a point light, the unit direction to a directional one.
+#[inline(always)]
+fn to_light<const POINT: bool>(group: &Group, light: &LightRecord, k: usize) -> [f32; 3] {
+    let [x, y, z] = light.position;
+    if !POINT {
+        return [x, y, z];
+    }
+    let [px, py, pz] = &group.position;
+    [x - px[k], y - py[k], z - pz[k]]
+}
+
+#[inline(always)]
+fn dot_normal(group: &Group, k: usize, [x, y, z]: [f32; 3]) -> f32 {
+    let [nx, ny, nz] = &group.normal;
+    nx[k].mul_add(x, ny[k].mul_add(y, nz[k] * z))
 }
 
 /// Sum and sum of squared deviations from the mean.
@@ -85,69 +126,104 @@ pub fn moments(picture: &[f32]) -> (f64, f64) {
     (total, squares - count * off * off)
 }
 
-/// Adds a picture to its histogram.
+/// Counts a picture's pixels in bins.
 #[multiversion(targets = "simd")]
-pub fn histogram(picture: &[f32], bins: &mut [u32; HISTOGRAM_BINS]) {
+pub fn histogram(picture: &[f32]) -> [u32; HISTOGRAM_BINS] {
     // Neighbours are often alike: counting them apart keeps an increment from waiting on the last.
-    let mut parts = [[0u32; HISTOGRAM_BINS]; LANES];
-    let mut chunks = picture.chunks_exact(LANES);
-    for chunk in &mut chunks {
-        let mut bin = [0usize; LANES];
-        for k in 0..LANES {
-            bin[k] = bin_of(chunk[k]);
+    let mut counts = [[0u32; HISTOGRAM_BINS]; LANES];
+    for block in picture.chunks(COUNT_BLOCK) {
+        let mut bins = [0; COUNT_BLOCK];
+        for (bin, &i) in bins.iter_mut().zip(block) {
+            *bin = bin_of(i);
         }
-        for k in 0..LANES {
-            parts[k][bin[k]] += 1;
-        }
-    }
-    for &i in chunks.remainder() {
-        bins[bin_of(i)] += 1;
-    }
-    for part in parts {
-        for (bin, count) in bins.iter_mut().zip(part) {
-            *bin += count;
+        for bins in bins[..block.len()].chunks(LANES) {
+            for (counts, &bin) in counts.iter_mut().zip(bins) {
+                counts[usize::from(bin) % HISTOGRAM_BINS] += 1;
+            }
         }
     }
+    std::array::from_fn(|bin| counts.iter().map(|counts| counts[bin]).sum())
 }
 
+/// `min(31, floor(32·i))`, 0 for what is not above 0.
 #[inline(always)]
-fn bin_of(i: f32) -> usize {
-    ((i * HISTOGRAM_BINS as f32) as i32).clamp(0, HISTOGRAM_BINS as i32 - 1) as usize
+fn bin_of(i: f32) -> u8 {
+    const LAST: f32 = (HISTOGRAM_BINS - 1) as f32;
+    let scaled = i * HISTOGRAM_BINS as f32;
+    let positive = if scaled > 0.0 { scaled } else { 0.0 };
+    let bin = if positive < LAST { positive } else { LAST };
+    // `as` would look for values out of range once more, which takes longer than all of the rest.
+    // SAFETY: `bin` lies in 0..=31; where `i` is not a number the first comparison has made it 0.
+    let bin: i32 = unsafe { bin.to_int_unchecked() };
+    bin as u8
 }
 
-/// Sum of `|∇I|` over runs of pixels whose neighbourhoods lie in the object. `lengths` is scratch
-/// space for the longest run.
+/// Sum of `|∇I|` over runs of pixels whose neighbourhoods lie in the object.
 #[multiversion(targets = "simd")]
-pub fn interior_gradient(picture: &[f32], runs: &[Run], lengths: &mut [f32]) -> f64 {
+pub fn interior_gradient(picture: &[f32], runs: &[Run]) -> f64 {
     let mut total = 0.0;
     for run in runs {
-        let row = |start: u32| &picture[start as usize..(start + run.len) as usize + 2];
-        let (above, here, below) = (row(run.above), row(run.here), row(run.below));
-        let lengths = &mut lengths[..run.len as usize];
-        for (i, length) in lengths.iter_mut().enumerate() {
-            let x = (above[i + 2] - above[i])
-                + 2.0 * (here[i + 2] - here[i])
-                + (below[i + 2] - below[i]);
-            let y = (below[i] - above[i])
-                + 2.0 * (below[i + 1] - above[i + 1])
-                + (below[i + 2] - above[i + 2]);
-            *length = (x * x + y * y).sqrt() * 0.125;
-        }
-        total += sum(lengths, |length| length);
+        let row = |start: u32| &picture[start as usize..][..run.len as usize + 2];
+        total += run_gradient(row(run.above), row(run.here), row(run.below));
     }
     total
 }
 
-/// Sum of `f(|∇I|)` over pixels that name their nine taps.
-pub fn tapped_gradient(picture: &[f32], taps: &[[u32; 9]], f: impl Fn(f32) -> f32) -> f64 {
-    taps.iter()
-        .map(|taps| {
-            let t = taps.map(|tap| picture[tap as usize]);
-            let x = (t[2] - t[0]) + 2.0 * (t[5] - t[3]) + (t[8] - t[6]);
-            let y = (t[6] - t[0]) + 2.0 * (t[7] - t[1]) + (t[8] - t[2]);
-            f64::from(f((x * x + y * y).sqrt() * 0.125))
-        })
-        .sum()
+/// The same over one run, of rows that are two pixels longer than it.
+#[inline(always)]
+fn run_gradient(above: &[f32], here: &[f32], below: &[f32]) -> f64 {
+    let len = here.len() - 2;
+    let mut lanes = [0.0; LANES];
+    let mut at = 0;
+    while at + LANES <= len {
+        let rows = [above, here, below].map(|row| &row[at..at + LANES + 2]);
+        for k in 0..LANES {
+            lanes[k] += row_gradient(rows, k);
+        }
+        at += LANES;
+    }
+    for k in at..len {
+        lanes[k - at] += row_gradient([above, here, below], k);
+    }
+    lanes.iter().map(|&lane| f64::from(lane)).sum()
+}
+
+/// `|∇I|` in the pixel to the right of pixel `k` of a row.
+#[inline(always)]
+fn row_gradient([a, h, b]: [&[f32]; 3], k: usize) -> f32 {
+    gradient([a[k], a[k + 1], a[k + 2], h[k], h[k + 2], b[k], b[k + 1], b[k + 2]])
+}
+
+/// `|∇I|` from the taps around a pixel, row by row.
+#[inline(always)]
+fn gradient([a, b, c, d, f, g, h, i]: [f32; 8]) -> f32 {
+    let x = 2.0f32.mul_add(f - d, (c - a) + (i - g));
+    let y = 2.0f32.mul_add(h - b, (g - a) + (i - c));
+    let square = x.mul_add(x, y * y);
+    square * reciprocal_sqrt(square) * 0.125
+}
+
+/// Sum of `min(most, scale·|∇I|)` over pixels that name their taps.
+#[multiversion(targets = "simd")]
+pub fn tapped_gradient(picture: &[f32], taps: &[[u32; 8]], scale: f32, most: f32) -> f64 {
+    let mut total = 0.0;
+    for taps in taps.chunks(LANES) {
+        let mut around = [[0.0; LANES]; 8];
+        for (lane, taps) in taps.iter().enumerate() {
+            for k in 0..8 {
+                around[k][lane] = picture[taps[k] as usize];
+            }
+        }
+        let mut lengths = [0.0; LANES];
+        for k in 0..LANES {
+            let [a, b, c, d, f, g, h, i] = &around;
+            let taps = [a[k], b[k], c[k], d[k], f[k], g[k], h[k], i[k]];
+            let length = gradient(taps) * scale;
+            lengths[k] = if length < most { length } else { most };
+        }
+        total += lengths.iter().map(|&length| f64::from(length)).sum::<f64>();
+    }
+    total
 }
 
 /// Sum of `f` over `values`.

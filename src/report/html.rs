@@ -9,7 +9,7 @@ use crate::optimize::Progress;
 use anyhow::{Context, Result, anyhow};
 use image::RgbImage;
 use minijinja::value::Serde;
-use minijinja::{Environment, Value, context};
+use minijinja::{Environment, UndefinedBehavior, Value, context};
 use serde::Serialize;
 
 /// What each term means, in the order of [`Terms::to_array`].
@@ -68,8 +68,7 @@ impl Sheet<'_> {
     /// # Errors
     /// When a picture is too large for PNG.
     pub fn render(&self) -> Result<String> {
-        let mut environment = Environment::new();
-        environment.add_filter("fixed", |value: f64, digits: usize| format!("{value:.digits$}"));
+        let mut environment = environment()?;
         environment.add_template("report.html", include_str!("report.html.j2"))?;
         let (radius, spots) = self.spots();
         let search = plot::convergence(self.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
@@ -79,10 +78,9 @@ impl Sheet<'_> {
             result => Serde(self.design),
             change => self.change(),
             terms => Serde(self.terms()),
-            best => data_uri(self.best)?,
-            headlight => data_uri(self.headlight)?,
+            best => Value::from_safe_string(picture::data_uri(self.best)?),
+            headlight => Value::from_safe_string(picture::data_uri(self.headlight)?),
             plot => search,
-            theme => Value::from_safe_string(plot::theme::THEME_CSS.into()),
             spots => Serde(spots),
             radius => radius,
             settings => self.settings.clone(),
@@ -121,7 +119,13 @@ impl Sheet<'_> {
     }
 }
 
-/// The picture as a URI that the template takes as it is.
-fn data_uri(image: &RgbImage) -> Result<Value> {
-    Ok(Value::from_safe_string(picture::data_uri(image)?))
+/// What all pages are rendered by: the filter `fixed(digits)`, and their common style, `page.css`. A
+/// name without a value is an error.
+pub(super) fn environment() -> Result<Environment<'static>> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.add_filter("fixed", |value: f64, digits: usize| format!("{value:.digits$}"));
+    environment.add_template("page.css", include_str!("page.css"))?;
+    environment.add_template("theme.css", plot::theme::THEME_CSS)?;
+    Ok(environment)
 }

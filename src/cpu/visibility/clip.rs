@@ -35,11 +35,9 @@ impl Volume {
         [p.w - p.z, p.z, gx * p.w - p.x, gx * p.w + p.x, gy * p.w - p.y, gy * p.w + p.y]
     }
 
-    /// Whether the triangle can be drawn as it is.
-    pub fn contains(&self, triangle: &[Vec4; 3]) -> bool {
-        triangle.iter().all(|p| {
-            p.w > 0.0 && self.distances(p.as_dvec4()).iter().all(|&distance| distance >= 0.0)
-        })
+    /// Whether the point lies inside; a triangle of such corners can be drawn as it is.
+    pub fn contains(&self, p: Vec4) -> bool {
+        p.w > 0.0 && self.distances(p.as_dvec4()).iter().all(|&distance| distance >= 0.0)
     }
 
     /// The part of a triangle that lies inside.
@@ -93,7 +91,7 @@ mod tests {
         let volume = Volume::new(64, 64);
         let at = |x: f32, z: f32| Vec4::new(x, 0.0, z, 1.0);
         let triangle = [at(0.0, 2.0), at(1.0, 0.5), at(-1.0, 0.5)];
-        assert!(!volume.contains(&triangle));
+        assert!(!triangle.iter().all(|&p| volume.contains(p)));
         let polygon = volume.clip(&triangle);
         assert_eq!(polygon.corners().len(), 4);
         assert!(polygon.corners().iter().all(|p| p.z <= p.w + 1e-12));
@@ -105,7 +103,7 @@ mod tests {
         let behind = [Vec4::new(0.0, 0.0, 0.1, -1.0); 3];
         assert!(volume.clip(&behind).corners().is_empty());
         let inside = [Vec4::new(0.0, 0.0, 0.1, 1.0); 3];
-        assert!(volume.contains(&inside));
+        assert!(inside.iter().all(|&p| volume.contains(p)));
         assert_eq!(volume.clip(&inside).corners().len(), 3);
     }
 

@@ -7,6 +7,7 @@ mod clip;
 mod object;
 mod raster;
 mod resolve;
+mod vertices;
 
 use crate::objective::maps::Surface;
 use crate::scene::Scene;
@@ -17,6 +18,7 @@ use raster::{Corner, Target, Triangle, Winding};
 use rayon::prelude::*;
 use resolve::Pixel;
 use std::ops::Range;
+use vertices::Projector;
 
 /// Rows that one task fills.
 const BAND_ROWS: u32 = 16;
@@ -91,19 +93,20 @@ impl Painter<'_> {
         let mut chunk = Chunk { triangles: Vec::new(), bands: vec![Vec::new(); bands] };
         let volume = Volume::new(self.view.width, self.view.height);
         let mut object = self.object(polygons.start);
+        let mut projector = Projector::new(self.view, &volume);
         for code in polygons {
             if code >= object.end() {
                 object = self.object(code);
             }
-            let corners = object
-                .vertices(code)
-                .map(|vertex| self.view.clip_from_frame * object.position(vertex).extend(1.0));
-            let project = |p| Corner::project(p, self.view.width, self.view.height);
-            if volume.contains(&corners) {
-                self.add(&mut chunk, object, code, corners.map(|p| project(p.as_dvec4())));
+            let indices = object.corners(code);
+            let corners = indices.map(|index| projector.projected(object, index));
+            if corners.iter().all(|corner| corner.inside) {
+                self.add(&mut chunk, object, code, corners.map(|corner| corner.corner));
                 continue;
             }
-            let polygon = volume.clip(&corners);
+            let polygon =
+                volume.clip(&indices.map(|index| vertices::clip(self.view, object, index)));
+            let project = |p| Corner::project(p, self.view.width, self.view.height);
             for pair in polygon.corners().get(1..).unwrap_or_default().windows(2) {
                 let fan = [polygon.corners()[0], pair[0], pair[1]];
                 self.add(&mut chunk, object, code, fan.map(project));

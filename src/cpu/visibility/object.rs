@@ -32,11 +32,21 @@ impl<'a> Object<'a> {
         }
     }
 
+    /// Indices of the corners of the polygon number `code`, which must be one of this object's.
+    pub fn corners(&self, code: u32) -> [u32; 3] {
+        let at = 3 * (code - self.first_polygon) as usize;
+        let corners = &self.mesh.indices[at..at + 3];
+        [corners[0], corners[1], corners[2]]
+    }
+
+    /// A vertex of the mesh.
+    pub fn vertex(&self, index: u32) -> &'a Vertex {
+        &self.mesh.vertices[index as usize]
+    }
+
     /// Corners of the polygon number `code`, which must be one of this object's.
     pub fn vertices(&self, code: u32) -> [&'a Vertex; 3] {
-        let at = 3 * (code - self.first_polygon) as usize;
-        let indices = &self.mesh.indices[at..at + 3];
-        [0, 1, 2].map(|k| &self.mesh.vertices[indices[k] as usize])
+        self.corners(code).map(|index| self.vertex(index))
     }
 
     /// Colour code after the last triangle's.

@@ -11,7 +11,7 @@ const SUBPIXEL: i32 = 256;
 const FARTHEST: i32 = 1 << 29;
 
 /// A corner in the picture: subpixel units from the left and the top, and depth.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Corner {
     x: i32,
     y: i32,

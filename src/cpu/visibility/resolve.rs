@@ -26,8 +26,12 @@ pub struct Pixel<'a> {
     vertices: [&'a Vertex; 3],
     /// Corners in the light frame.
     corners: [Vec3; 3],
-    /// Shares of the three vertices here, and one pixel to the right and below.
-    weights: [Vec3; 3],
+    /// The corners in clip space.
+    clip: [Vec4; 3],
+    /// The pixel.
+    at: [u32; 2],
+    /// Shares of the three vertices here.
+    weights: Vec3,
 }
 
 impl<'a> Pixel<'a> {
@@ -42,13 +46,8 @@ impl<'a> Pixel<'a> {
         let vertices = object.vertices(code);
         let corners = vertices.map(|v| object.position(v));
         let clip = corners.map(|p| view.clip_from_frame * p.extend(1.0));
-        let weights = [[0.5, 0.5], [1.5, 0.5], [0.5, 1.5]].map(|[dx, dy]| {
-            let size = DVec2::new(view.width.into(), view.height.into());
-            let ndc = 2.0 * DVec2::new(f64::from(x) + dx, f64::from(y) + dy) / size - 1.0;
-            weights(&clip, ndc)
-        });
-        let weights = [inside(weights[0]).as_vec3(), weights[1].as_vec3(), weights[2].as_vec3()];
-        Self { scene, view, object, vertices, corners, weights }
+        let weights = inside(weights(&clip, ndc(view, [x, y], [0.5, 0.5]))).as_vec3();
+        Self { scene, view, object, vertices, corners, clip, at: [x, y], weights }
     }
 
     /// Base colour and alpha.
@@ -62,7 +61,7 @@ impl<'a> Pixel<'a> {
     pub fn fragment(&self) -> Fragment {
         let material = self.object.material;
         let [a, b, c] = self.corners;
-        let w = self.weights[0];
+        let w = self.weights;
         let position = a * w.x + b * w.y + c * w.z;
         let metallic_roughness = self.lookup(&material.metallic_roughness_texture);
         Fragment {
@@ -104,7 +103,7 @@ impl<'a> Pixel<'a> {
     /// A vertex attribute here.
     fn blend(&self, attribute: impl Fn(&Vertex) -> Vec4) -> Vec4 {
         let [a, b, c] = self.vertices.map(attribute);
-        let w = self.weights[0];
+        let w = self.weights;
         a * w.x + b * w.y + c * w.z
     }
 
@@ -117,10 +116,19 @@ impl<'a> Pixel<'a> {
             Vec2::new(u.dot(uv), v.dot(uv))
         });
         let at = |w: Vec3| corners[0] * w.x + corners[1] * w.y + corners[2] * w.z;
-        let [here, right, below] = self.weights.map(at);
+        // One pixel to the right and below.
+        let beside = |offset| at(weights(&self.clip, ndc(self.view, self.at, offset)).as_vec3());
+        let (here, right, below) = (at(self.weights), beside([1.5, 0.5]), beside([0.5, 1.5]));
         let image = &self.scene.textures[texture.texture as usize];
         texture::sample(image, here, right - here, below - here)
     }
+}
+
+/// Normalised device coordinates of a place in the picture, `offset` from a pixel's corner.
+fn ndc(view: &View, at: [u32; 2], offset: [f64; 2]) -> DVec2 {
+    let size = DVec2::new(view.width.into(), view.height.into());
+    let place = DVec2::new(at[0].into(), at[1].into()) + DVec2::from(offset);
+    2.0 * place / size - 1.0
 }
 
 /// Perspective-correct shares of the three corners at a point of the picture: the `b` with

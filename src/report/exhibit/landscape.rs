@@ -12,6 +12,9 @@ use serde::Serialize;
 /// Depth of a valley that no rounding and no single pixel makes.
 const DEEP: f32 = 0.01;
 
+/// Size of the terms' own maps, pixels.
+const TERM_PLOT: (u32, u32) = (400, 310);
+
 /// Minima that are named in the heat map.
 const NAMED: usize = 9;
 
@@ -167,7 +170,7 @@ pub fn exhibit(landscape: &Landscape, studio: &mut dyn Studio) -> Result<Exhibit
     for (i, name) in Terms::NAMES.iter().enumerate() {
         let values: Vec<f32> = landscape.qualities.iter().map(|q| q.terms.to_array()[i]).collect();
         let title = format!("F_{name}");
-        let map = plot::heat_map(&field(landscape, &values, &title), &[], &[], PLOT);
+        let map = plot::heat_map(&field(landscape, &values, &title), &[], &[], TERM_PLOT);
         plots.push((format!("term-{name}"), plotted(map)?));
     }
     let mut pictures = Vec::new();

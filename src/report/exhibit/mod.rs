@@ -16,7 +16,7 @@ use image::RgbImage;
 use serde::Serialize;
 
 /// Size of the plots, pixels.
-const PLOT: (u32, u32) = (720, 440);
+const PLOT: (u32, u32) = (520, 400);
 
 /// What a study found.
 #[derive(Debug, Clone)]

@@ -9,7 +9,7 @@ use anyhow::Result;
 use serde::Serialize;
 
 /// Size of the plot, pixels: four panels.
-const PLOT: (u32, u32) = (960, 420);
+const PLOT: (u32, u32) = (560, 520);
 
 /// p-value below which a difference is not put down to chance.
 const LEVEL: f64 = 0.05;

@@ -32,8 +32,8 @@ impl Field<'_> {
     /// What is wrong with it.
     pub(super) fn check(&self) -> Result<(), String> {
         let name = self.name;
-        if self.columns == 0 || self.values.is_empty() || self.values.len() % self.columns != 0 {
-            let (values, columns) = (self.values.len(), self.columns);
+        let (values, columns) = (self.values.len(), self.columns);
+        if values == 0 || columns == 0 || !values.is_multiple_of(columns) {
             return Err(format!("{name}: {values} samples make no rows of {columns}"));
         }
         for [low, high] in [self.azimuth, self.elevation] {

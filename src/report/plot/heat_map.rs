@@ -18,6 +18,8 @@ const PATHS: [RGBColor; 6] = [
     RGBColor(0x7a, 0x52, 0x30),
 ];
 
+/// Radius of the star on a map, pixels: its tips stand out behind a minimum's disc.
+const STAR: f32 = 17.0;
 /// Room for the colour bar, its numbers and its name, pixels; its own width is [`BAR`].
 const SCALE: u32 = 104;
 const BAR: u32 = 16;
@@ -87,16 +89,18 @@ pub fn heat_map(
     // The best is often a minimum too: its star stands out behind the disc.
     for symbol in [Symbol::Worst, Symbol::Best, Symbol::Minimum] {
         let marks = marks.iter().filter(|mark| mark.symbol == symbol);
-        for (index, mark) in marks.enumerate().filter(|(_, mark)| visible(&mark.at)) {
+        let marks = marks.enumerate().filter(|(_, mark)| visible(&mark.at));
+        // Where discs overlap, the first is on top.
+        for (index, mark) in marks.collect::<Vec<_>>().into_iter().rev() {
             let number = (index + 1).to_string();
             let label = if mark.label.is_empty() { &number } else { mark.label };
-            draw_mark(&mut overlay, symbol, place(mark.at), label);
+            draw_mark(&mut overlay, symbol, place(mark.at), label, STAR);
         }
     }
     for (key, (x, y)) in places.keys {
         let at = corner(x, y);
         match key {
-            Key::Mark(symbol) => draw_mark(&mut overlay, symbol, at, "n"),
+            Key::Mark(symbol) => draw_mark(&mut overlay, symbol, at, "n", 0.6 * STAR),
             Key::Path(index) => {
                 let ends = [[at[0] - 11.0, at[1]], [at[0] + 11.0, at[1]]];
                 draw_path(&mut overlay, &ends, PATHS[index % PATHS.len()]);
@@ -174,11 +178,11 @@ fn entries(marks: &[Mark], paths: &[Path]) -> Vec<(Key, String)> {
     entries
 }
 
-fn draw_mark(overlay: &mut Overlay, symbol: Symbol, at: [f32; 2], label: &str) {
+fn draw_mark(overlay: &mut Overlay, symbol: Symbol, at: [f32; 2], label: &str, star: f32) {
     match symbol {
         Symbol::Best => {
             let point = |i: usize| {
-                let radius = if i.is_multiple_of(2) { 13.0 } else { 5.5 };
+                let radius = if i.is_multiple_of(2) { star } else { 0.44 * star };
                 let (sin, cos) = (TAU * i as f32 / 10.0).sin_cos();
                 [radius * sin, -radius * cos]
             };
@@ -215,7 +219,7 @@ fn draw_mark(overlay: &mut Overlay, symbol: Symbol, at: [f32; 2], label: &str) {
 fn draw_path(overlay: &mut Overlay, points: &[[f32; 2]], color: RGBColor) {
     let (Some(&first), Some(&last)) = (points.first(), points.last()) else { return };
     overlay.line(points, color);
-    overlay.ring(first, 5.0, color);
+    overlay.ring(first, 6.5, color);
     overlay.disc(last, 4.0, color);
 }
 

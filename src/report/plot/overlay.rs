@@ -64,14 +64,14 @@ impl Overlay {
         ));
     }
 
-    /// A ring with a halo.
-    pub fn ring(&mut self, [x, y]: [f32; 2], radius: f32, color: RGBColor) {
-        for (color, width) in [(HALO.to_string(), 5.5), (hex(color), 2.5)] {
-            self.push(format_args!(
-                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"none\" \
-                 stroke=\"{color}\" stroke-width=\"{width}\"/>\n"
-            ));
-        }
+    /// A ring, white inside, with a halo.
+    pub fn ring(&mut self, at: [f32; 2], radius: f32, color: RGBColor) {
+        let [x, y] = at;
+        self.disc(at, radius, color);
+        self.push(format_args!(
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{:.1}\" fill=\"{HALO}\"/>\n",
+            0.55 * radius
+        ));
     }
 
     /// A filled outline with a halo; its points are relative to a place.

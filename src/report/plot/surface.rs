@@ -5,20 +5,24 @@ use super::overlay::{Overlay, hex};
 use super::theme::{self, Area, Drawn, RULE, SOFT};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::ops::Range;
 
 /// From where the surface is seen: turned about the vertical so that the nearest corner is that of
 /// the largest azimuth and the lowest elevation, and from above; degrees.
-const YAW: f32 = 32.0;
-const PITCH: f32 = 34.0;
+const YAW: f32 = 38.0;
+const PITCH: f32 = 40.0;
 /// Half the lengths of the box: azimuth, elevation, value.
-const BOX: [f32; 3] = [1.0, 0.8, 0.5];
+const BOX: [f32; 3] = [1.0, 0.8, 0.45];
 /// Room for numbers and names: left, right, above and below, pixels.
-const ROOM: [f32; 4] = [84.0, 30.0, 14.0, 46.0];
+const ROOM: [f32; 4] = [80.0, 34.0, 14.0, 44.0];
+/// A mesh line runs along every fifth row and column of the quadrilaterals.
+const LINE: usize = 5;
+const MESH: &str = "#0006";
 /// More quadrilaterals than this are thinned out.
 const MOST: usize = 4200;
 
 /// A field over azimuth and elevation as a surface of quadrilaterals in Viridis, the lowest value
-/// brightest, in a box with axes. A field of more than 4200 cells is drawn at every second (third, …)
+/// brightest, in a box with axes; where its lower side shows, that is darker. A field of more than 4200 cells is drawn at every second (third, …)
 /// sample; quadrilaterals with a missing corner are left out.
 ///
 /// # Errors
@@ -26,20 +30,44 @@ const MOST: usize = 4200;
 pub fn surface(field: &Field, size: (u32, u32)) -> Result<String, String> {
     field.check()?;
     let view = View::new(size);
-    let (svg, ()) = theme::render(size, |root| draw_box(field, &view, root))?;
+    let frame = Frame::new(field, &view);
+    let (svg, ()) = theme::render(size, |root| {
+        frame.draw_lines(root)?;
+        frame.draw_text(field.name, root)
+    })?;
     let mut overlay = Overlay::default();
-    overlay.push(format_args!("<g stroke-width=\"0.4\" stroke-linejoin=\"round\">\n"));
-    for Quad { corners, color, .. } in quads(field, &view) {
-        let [[ax, ay], b, c, d] = corners;
+    // Lengths in tenths of a pixel are short whole numbers. Outlines cover the seams between pieces.
+    overlay.push(format_args!(
+        "<g transform=\"scale(.1)\" fill=\"currentColor\" stroke=\"currentColor\" \
+         stroke-width=\"5\" stroke-linejoin=\"round\">\n"
+    ));
+    for Quad { corners, color, mesh, .. } in quads(field, &view) {
+        let [a, b, c, d] =
+            corners.map(|corner| corner.map(|length| (10.0 * length).round() as i32));
         let color = hex(color);
-        overlay.push(format_args!("<path d=\"M{ax:.1} {ay:.1}"));
-        for [x, y] in [b, c, d] {
-            overlay.push(format_args!("L{x:.1} {y:.1}"));
-        }
-        overlay.push(format_args!("z\" fill=\"{color}\" stroke=\"{color}\"/>\n"));
+        overlay.push(format_args!("<path color=\"{color}\" d=\"{}z\"/>\n", outline(&[a, b, c, d])));
+        let edges = match mesh {
+            [false, false] => continue,
+            [true, false] => outline(&[d, a]),
+            [false, true] => outline(&[c, d]),
+            [true, true] => outline(&[c, d, a]),
+        };
+        overlay.push(format_args!("<path color=\"{MESH}\" fill=\"none\" d=\"{edges}\"/>\n"));
     }
     overlay.push(format_args!("</g>\n"));
     Ok(overlay.on(svg))
+}
+
+/// A line through points as SVG has it, relative to each other.
+fn outline(points: &[[i32; 2]]) -> String {
+    let mut text = String::from("m");
+    let mut last = [0, 0];
+    for &[x, y] in points {
+        text += &format!("{} {} ", x - last[0], y - last[1]);
+        last = [x, y];
+    }
+    text.truncate(text.trim_end().len());
+    text
 }
 
 /// A parallel projection of the box (−1..1 in azimuth, elevation and value) onto the plot.
@@ -80,10 +108,13 @@ impl View {
     }
 }
 
-/// A piece of the surface: its corners, pixels, and how far it is.
+/// A piece of the surface: its corners in pixels (counter-clockwise seen from above, from the lowest
+/// azimuth and elevation), whether mesh lines run along its far edges (at its lowest azimuth and its
+/// highest elevation), and how far it is.
 struct Quad {
     corners: [[f32; 2]; 4],
     color: RGBColor,
+    mesh: [bool; 2],
     away: f32,
 }
 
@@ -109,8 +140,8 @@ fn quads(field: &Field, view: &View) -> Vec<Quad> {
     };
     let height = |value: f32| 2.0 * (value - range.start) / (range.end - range.start) - 1.0;
     let mut quads = Vec::new();
-    for y in up.windows(2) {
-        for x in across.windows(2) {
+    for (row, y) in up.windows(2).enumerate() {
+        for (column, x) in across.windows(2).enumerate() {
             let corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])];
             let [Some(a), Some(b), Some(c), Some(d)] = corners.map(|(x, y)| value(x, y)) else {
                 continue;
@@ -118,9 +149,12 @@ fn quads(field: &Field, view: &View) -> Vec<Quad> {
             let heights = [a, b, c, d].map(height);
             let place = |k: usize| view.pixel([corners[k].0.0, corners[k].1.0, heights[k]]);
             let middle = [0.5 * (x[0].0 + x[1].0), 0.5 * (y[0].0 + y[1].0), 0.0];
+            let corners = [0, 1, 2, 3].map(place);
+            let color = field::color(0.25 * (a + b + c + d), &range);
             quads.push(Quad {
-                corners: [0, 1, 2, 3].map(place),
-                color: field::color(0.25 * (a + b + c + d), &range),
+                color: if from_above(&corners) { color } else { shaded(color) },
+                corners,
+                mesh: [column.is_multiple_of(LINE), (row + 1).is_multiple_of(LINE)],
                 away: View::turned(middle).1,
             });
         }
@@ -129,63 +163,102 @@ fn quads(field: &Field, view: &View) -> Vec<Quad> {
     quads
 }
 
-/// The floor, the two walls behind the surface, and the axes with their numbers and names.
-fn draw_box(field: &Field, view: &View, root: &Area) -> Drawn {
-    let pixel = |at: [f32; 3]| {
-        let [x, y] = view.pixel(at);
-        (x.round() as i32, y.round() as i32)
-    };
-    let line = |points: &[[f32; 3]], color: RGBColor| {
-        root.draw(&PathElement::new(points.iter().map(|&at| pixel(at)).collect::<Vec<_>>(), color))
-    };
-    let degrees =
-        |[low, high]: [f32; 2]| if high > low { low..high } else { low - 0.5..high + 0.5 };
-    let axes = [degrees(field.azimuth), degrees(field.elevation), field.range()];
-    let ticks = [
-        theme::degree_ticks(&axes[0], 5),
-        theme::degree_ticks(&axes[1], 4),
-        theme::ticks(&axes[2], 5),
-    ];
-    let unit =
-        |k: usize, value: f32| 2.0 * (value - axes[k].start) / (axes[k].end - axes[k].start) - 1.0;
-    for (k, values) in ticks.iter().enumerate() {
-        for u in values.iter().map(|&value| unit(k, value)) {
-            // Across the floor and up a wall, or along both walls.
-            let points = match k {
-                0 => [[u, -1.0, -1.0], [u, 1.0, -1.0], [u, 1.0, 1.0]],
-                1 => [[1.0, u, -1.0], [-1.0, u, -1.0], [-1.0, u, 1.0]],
-                _ => [[-1.0, -1.0, u], [-1.0, 1.0, u], [1.0, 1.0, u]],
-            };
-            line(&points, RULE)?;
-        }
-    }
-    line(&[[-1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, 1.0, -1.0]], RULE)?;
-    line(&[[-1.0, 1.0, -1.0], [-1.0, -1.0, -1.0]], RULE)?;
-    line(&[[-1.0, -1.0, 1.0], [-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0]], SOFT)?;
-
-    let text = |text: &str, at: [f32; 3], (dx, dy): (i32, i32), h: HPos| {
-        let (x, y) = pixel(at);
-        root.draw_text(text, &theme::font(SOFT).pos(Pos::new(h, VPos::Center)), (x + dx, y + dy))
-    };
-    let number = |k: usize, value: f32| theme::number(value, &axes[k]);
-    for &value in &ticks[0] {
-        text(&number(0, value), [unit(0, value), -1.0, -1.0], (-8, 14), HPos::Center)?;
-    }
-    for &value in &ticks[1] {
-        text(&number(1, value), [1.0, unit(1, value), -1.0], (8, 10), HPos::Left)?;
-    }
-    for &value in &ticks[2] {
-        text(&number(2, value), [-1.0, -1.0, unit(2, value)], (-8, 0), HPos::Right)?;
-    }
-    text("azimuth (°)", [-0.1, -1.0, -1.0], (-30, 40), HPos::Right)?;
-    text("elevation (°)", [1.0, 0.1, -1.0], (34, 36), HPos::Left)?;
-    upright(root, &format!("{}, low is good", field.name), pixel([-1.0, -1.0, 0.0]))
+/// Whether a piece shows its upper side.
+fn from_above([a, b, c, d]: &[[f32; 2]; 4]) -> bool {
+    let (across, up) = ([c[0] - a[0], c[1] - a[1]], [d[0] - b[0], d[1] - b[1]]);
+    // Pixels count downwards, which turns the sense of rotation round.
+    across[0] * up[1] - across[1] * up[0] < 0.0
 }
 
-/// The name of the vertical axis, on the left of its numbers.
-fn upright(root: &Area, text: &str, (x, y): (i32, i32)) -> Drawn {
-    let style = theme::centred(&theme::font(SOFT), VPos::Bottom);
-    root.draw_text(text, &style.transform(FontTransform::Rotate270), (x - 54, y))
+/// The colour of a lower side.
+fn shaded(RGBColor(r, g, b): RGBColor) -> RGBColor {
+    let [r, g, b] = [r, g, b].map(|channel| channel / 5 * 3);
+    RGBColor(r, g, b)
+}
+
+/// The box around a surface: the ranges of azimuth, elevation and value, and their ticks.
+struct Frame<'a> {
+    view: &'a View,
+    ranges: [Range<f32>; 3],
+    ticks: [Vec<f32>; 3],
+}
+
+impl<'a> Frame<'a> {
+    fn new(field: &Field, view: &'a View) -> Self {
+        let degrees =
+            |[low, high]: [f32; 2]| if high > low { low..high } else { low - 0.5..high + 0.5 };
+        let ranges = [degrees(field.azimuth), degrees(field.elevation), field.range()];
+        let ticks = [
+            theme::degree_ticks(&ranges[0], 5),
+            theme::degree_ticks(&ranges[1], 4),
+            theme::ticks(&ranges[2], 5),
+        ];
+        Self { view, ranges, ticks }
+    }
+
+    /// The pixel of a place in the box, −1..1.
+    fn pixel(&self, at: [f32; 3]) -> (i32, i32) {
+        let [x, y] = self.view.pixel(at);
+        (x.round() as i32, y.round() as i32)
+    }
+
+    /// The ticks of an axis: places in the box, −1..1, and numbers.
+    fn numbers(&self, axis: usize) -> impl Iterator<Item = (f32, String)> + '_ {
+        let range = &self.ranges[axis];
+        let place = |value: f32| 2.0 * (value - range.start) / (range.end - range.start) - 1.0;
+        self.ticks[axis].iter().map(move |&value| (place(value), theme::number(value, range)))
+    }
+
+    /// The floor and the two walls behind the surface with their grid, and the axes in front.
+    fn draw_lines(&self, root: &Area) -> Drawn {
+        let line = |points: &[[f32; 3]], color: RGBColor| {
+            let points: Vec<_> = points.iter().map(|&at| self.pixel(at)).collect();
+            root.draw(&PathElement::new(points, color))
+        };
+        for axis in 0..3 {
+            for (u, _) in self.numbers(axis) {
+                // Across the floor and up a wall, or along both walls.
+                let points = match axis {
+                    0 => [[u, -1.0, -1.0], [u, 1.0, -1.0], [u, 1.0, 1.0]],
+                    1 => [[1.0, u, -1.0], [-1.0, u, -1.0], [-1.0, u, 1.0]],
+                    _ => [[-1.0, -1.0, u], [-1.0, 1.0, u], [1.0, 1.0, u]],
+                };
+                line(&points, RULE)?;
+            }
+        }
+        line(&[[-1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, 1.0, -1.0]], RULE)?;
+        line(&[[-1.0, 1.0, -1.0], [-1.0, -1.0, -1.0]], RULE)?;
+        let front = [[-1.0, -1.0, 1.0], [-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0]];
+        line(&front, SOFT)
+    }
+
+    /// The numbers and names of the axes.
+    fn draw_text(&self, name: &str, root: &Area) -> Drawn {
+        let text = |text: &str, at: [f32; 3], (dx, dy): (i32, i32), h: HPos| {
+            let (x, y) = self.pixel(at);
+            let style = theme::font(SOFT).pos(Pos::new(h, VPos::Center));
+            root.draw_text(text, &style, (x + dx, y + dy))
+        };
+        for (u, number) in self.numbers(0) {
+            text(&number, [u, -1.0, -1.0], (-8, 14), HPos::Center)?;
+        }
+        for (u, number) in self.numbers(1) {
+            text(&number, [1.0, u, -1.0], (8, 10), HPos::Left)?;
+        }
+        for (u, number) in self.numbers(2) {
+            text(&number, [-1.0, -1.0, u], (-8, 0), HPos::Right)?;
+        }
+        text("azimuth (°)", [-0.1, -1.0, -1.0], (-30, 40), HPos::Right)?;
+        // As far to the right as the plot's border allows.
+        let elevation = "elevation (°)";
+        let (x, _) = self.pixel([1.0, 0.0, -1.0]);
+        let beyond = x + 16 + theme::width(elevation) - root.dim_in_pixel().0 as i32;
+        text(elevation, [1.0, 0.0, -1.0], (16 - beyond.max(0), 52), HPos::Left)?;
+        let (x, y) = self.pixel([-1.0, -1.0, 0.0]);
+        let upright = theme::centred(&theme::font(SOFT), VPos::Bottom);
+        let upright = upright.transform(FontTransform::Rotate270);
+        root.draw_text(&format!("{name}, low is good"), &upright, (x - 54, y))
+    }
 }
 
 #[cfg(test)]
@@ -199,13 +272,14 @@ mod tests {
     fn a_surface_has_all_its_cells_and_axes() {
         let values = landscape();
         let plot = surface(&field(&values, 91), SIZE).unwrap();
-        assert_eq!(plot.matches("<path").count(), 90 * 45);
+        assert_eq!(plot.matches("z\"/>").count(), 90 * 45);
         assert!(plot.len() < 400_000, "{} bytes", plot.len());
         for text in ["azimuth (°)", "elevation (°)", "F, low is good", "−90", "45"] {
             assert!(plot.contains(text), "{text}");
         }
         let dense = vec![0.5; 300 * 200];
-        let count = surface(&field(&dense, 300), SIZE).unwrap().matches("<path").count();
+        assert_eq!(plot.matches("fill=\"none\" d=").count(), 18 * 45 + 9 * 90 - 18 * 9);
+        let count = surface(&field(&dense, 300), SIZE).unwrap().matches("z\"/>").count();
         assert!((1000..=MOST).contains(&count), "{count}");
     }
 
@@ -220,6 +294,9 @@ mod tests {
         assert_eq!((yellow.0, yellow.1), (254, 232));
         let green = |quad: &Quad| quad.color.1;
         assert!(quads.iter().map(green).max() > quads.iter().map(green).min());
+        assert!(quads.iter().all(|quad| from_above(&quad.corners)));
+        let [a, b, c, d] = quads[0].corners;
+        assert!(!from_above(&[a, d, c, b]));
     }
 
     #[test]
@@ -235,7 +312,7 @@ mod tests {
         ];
         for (values, columns, expected) in cases {
             let plot = surface(&field(values, columns), SIZE).unwrap();
-            assert_eq!(plot.matches("<path").count(), expected, "{values:?}");
+            assert_eq!(plot.matches("z\"/>").count(), expected, "{values:?}");
             assert!(plot.ends_with("</svg>\n") && !plot.contains("NaN"));
         }
         let point = Field { azimuth: [5.0; 2], elevation: [7.0; 2], ..field(&[0.5], 1) };

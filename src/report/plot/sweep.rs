@@ -80,8 +80,9 @@ fn draw_panel(panel: &Panel, y: &Range<f32>, name: &str, beside: u32, area: &Are
     area.draw_text(panel.name, &title, (middle, TITLE as i32 / 2))?;
 
     // Labels that would touch stand in two rows.
-    let widest = panel.settings.iter().map(|setting| theme::width(setting.label)).max();
-    let tight = (widest.unwrap_or(0) + 6) * count as i32 > x.end - x.start;
+    let widths: Vec<_> = panel.settings.iter().map(|s| theme::width(s.label)).collect();
+    let slot = (x.end - x.start) / count.max(1) as i32;
+    let tight = widths.windows(2).any(|pair| (pair[0] + pair[1]) / 2 + 8 > slot);
     for (index, setting) in panel.settings.iter().enumerate() {
         let at = index as f32;
         let color = if setting.standard { FIRST } else { SOFT };

@@ -31,11 +31,11 @@ pub const THEME_CSS: &str = include_str!("theme.css");
 pub const SCORE: &str = "F, lower is better";
 
 /// The height of text, pixels.
-pub const TEXT: f32 = 14.0;
+pub const TEXT: f32 = 15.0;
 /// Room for an axis' numbers and name, pixels: below, and beside.
-pub const BELOW: u32 = 46;
+pub const BELOW: u32 = 48;
 /// See [`BELOW`].
-pub const BESIDE: u32 = 66;
+pub const BESIDE: u32 = 70;
 /// Room around a plot, pixels.
 pub const MARGIN: i32 = 12;
 
@@ -109,10 +109,13 @@ pub fn span(values: impl IntoIterator<Item = f32>) -> Range<f32> {
     low - room..high + room
 }
 
-/// A number of an axis: as many digits as its range needs.
+/// A number of an axis: as many digits as its ticks need.
 pub fn number(value: f32, range: &Range<f32>) -> String {
-    let step = (range.end - range.start).abs() / 6.0;
-    let digits = (-step.max(1e-6).log10()).ceil().clamp(0.0, 6.0) as usize;
+    let step = match ticks(range, 6)[..] {
+        [first, second, ..] => second - first,
+        _ => range.end - range.start,
+    };
+    let digits = (-step.max(1e-6).log10() - 1e-3).ceil().clamp(0.0, 6.0) as usize;
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {
         Some(zero) if zero.bytes().all(|byte| matches!(byte, b'0' | b'.')) => zero.into(),
@@ -253,4 +256,58 @@ pub fn legend<'a>(area: &Area<'a>, labels: &[&str]) -> Drawn<(Vec<(i32, i32)>, A
     // A legend that fills the area leaves a plot of no use, but no fault.
     let used = used.min(h as i32 - 100);
     Ok((symbols, area.split_vertically(used).1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::plot::overlay::hex;
+
+    #[test]
+    fn a_page_themes_the_whole_palette_and_nothing_else() {
+        let palette = [CARD, INK, SOFT, RULE, FIRST, SECOND, THIRD].map(|c| hex(c).to_uppercase());
+        for color in &palette {
+            assert!(THEME_CSS.contains(&format!("fill=\"{color}\"")), "{color}");
+            assert!(*color == "#FFFFFF" || THEME_CSS.contains(&format!("stroke=\"{color}\"")));
+        }
+        let selectors = THEME_CSS.matches("=\"#").count();
+        assert_eq!(selectors, 2 * palette.len() - 1);
+        assert_eq!(THEME_CSS.matches(".plot [").count(), selectors);
+    }
+
+    #[test]
+    fn numbers_have_the_digits_that_their_ticks_need() {
+        assert_eq!(number(0.25, &(0.2..0.45)), "0.25");
+        assert_eq!(number(-30.0, &(-90.0..90.0)), "−30");
+        assert_eq!(number(-0.0004, &(-1.0..1.0)), "0.0");
+        assert_eq!(number(0.2101, &(0.21..0.2103)), "0.21010");
+        assert_eq!(number(1500.0, &(0.0..3000.0)), "1500");
+    }
+
+    #[test]
+    fn angles_have_the_ticks_that_people_expect() {
+        let degrees = |range, count| degree_ticks(&range, count);
+        assert_eq!(degrees(-91.0..91.0, 7), [-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0]);
+        assert_eq!(degrees(0.0..90.0, 4), [0.0, 30.0, 60.0, 90.0]);
+        assert_eq!(degrees(99.0..261.0, 5), [135.0, 180.0, 225.0]);
+        assert!(degrees(0.0..0.5, 5).len() > 1);
+        assert!(!degrees(-1e4..1e4, 5).is_empty());
+    }
+
+    #[test]
+    fn a_legend_goes_on_in_the_next_row() {
+        let rows = |labels: &[&str]| {
+            let drawn = render((300, 300), |root| {
+                let (places, rest) = legend(root, labels)?;
+                Ok((places, rest.dim_in_pixel().1))
+            });
+            drawn.unwrap().1
+        };
+        let (places, rest) = rows(&["one", "two"]);
+        assert!(places[0].1 == places[1].1 && places[0].0 < places[1].0);
+        let (places, less) = rows(&["a rather long label", "another long one"]);
+        assert!(places[0].1 < places[1].1 && less < rest);
+        assert_eq!(rows(&[]), (vec![], 300));
+        assert!(rows(&["a rather long label"; 50]).1 >= 100);
+    }
 }
