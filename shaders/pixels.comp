@@ -36,18 +36,17 @@ void main() {
     uint down = number + row_counts[y];
     bvec3 left = bvec3(false);
     bvec3 middle = column(0, int(y));
-    uint stride = records.length() / 3;
     for (uint x = 0; x < parameters.size.x; ++x) {
         bvec3 right = column(int(x) + 1, int(y));
         if (middle.y) {
             ivec2 pixel = ivec2(x, y);
-            vec4 looks = texelFetch(surface_2, pixel, 0);
+            vec3 look = texelFetch(surface_2, pixel, 0).xyz; // specular, unlit, type
             uint present = bits(left) | bits(middle) << 1 | bits(right) << 2;
-            taps[number] = Taps(up, down, present, uint(looks.z));
+            taps[number] = Taps(up, down, present, uint(look.z));
             places[number] = y * parameters.size.x + x;
-            records[number] = texelFetch(surface_0, pixel, 0);
-            records[number + stride] = texelFetch(surface_1, pixel, 0);
-            records[number + 2 * stride] = looks;
+            positions[number] = texelFetch(surface_0, pixel, 0);
+            normals[number] = texelFetch(surface_1, pixel, 0);
+            looks[number] = look.xy;
         }
         up += uint(middle.x);
         number += uint(middle.y);

@@ -11,10 +11,9 @@ layout(constant_id = 1) const uint LIGHTS = 1;
 
 void main() {
     uint number = gl_GlobalInvocationID.x;
-    uint stride = records.length() / 3;
-    vec4 place = records[number];
-    vec4 facing = records[number + stride];
-    vec4 looks = records[number + 2 * stride];
+    vec4 place = positions[number];
+    vec4 facing = normals[number];
+    vec2 look = looks[number];
     vec3 p = place.xyz;
     vec3 n = facing.xyz;
     vec3 v = to_viewer(p);
@@ -26,7 +25,7 @@ void main() {
             response += light_response(vec4(light.position, light.radius2),
                 vec2(light.diffuse, light.specular), p, n, v, place.w);
         }
-        result[i] = srgb_encode(looks.y + response.x * facing.w + response.y * looks.x);
+        result[i] = srgb_encode(look.y + response.x * facing.w + response.y * look.x);
     }
-    brightness[chunk.block * stride + number] = result;
+    brightness[chunk.block * positions.length() + number] = result;
 }

@@ -28,7 +28,7 @@ Row present_or(Row row, uint present, uint k, vec4 center) {
 
 void main() {
     uint objects = view_statistics.surface + view_statistics.edge;
-    uint base = gl_WorkGroupID.y * (records.length() / 3);
+    uint base = gl_WorkGroupID.y * positions.length();
     uint words[BLOCK][WORDS];
     [[unroll]] for (uint i = 0; i < BLOCK; ++i) {
         [[unroll]] for (uint w = 0; w < WORDS; ++w) {

@@ -21,10 +21,12 @@ struct Taps {
 layout(set = 1, binding = 0, std430) buffer RowCounts { uint row_counts[]; };
 layout(set = 1, binding = 1, std430) buffer PixelTaps { Taps taps[]; };
 layout(set = 1, binding = 2, std430) buffer PixelPlaces { uint places[]; }; // y * width + x
-// Position and shininess; normal and diffuse reflectance; specular reflectance and unlit luminance.
-layout(set = 1, binding = 3, std430) buffer Records { vec4 records[]; };
-// Of each block of each chunk, all pixels.
-layout(set = 1, binding = 4, std430) buffer Brightness { vec4 brightness[]; };
-layout(set = 1, binding = 5, std140) uniform LightWindow { Light window[WINDOW]; };
+// The pixels' surface records, with room for some pixels more.
+layout(set = 1, binding = 3, std430) buffer Positions { vec4 positions[]; }; // and shininess
+layout(set = 1, binding = 4, std430) buffer Normals { vec4 normals[]; }; // and diffuse reflectance
+layout(set = 1, binding = 5, std430) buffer Looks { vec2 looks[]; }; // specular and unlit
+// Of each block of a chunk, all pixels.
+layout(set = 1, binding = 6, std430) buffer Brightness { vec4 brightness[]; };
+layout(set = 1, binding = 7, std140) uniform LightWindow { Light window[WINDOW]; };
 
 #endif

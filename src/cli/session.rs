@@ -232,7 +232,7 @@ pub(super) fn announce(evaluator: &Engine) {
     let device = evaluator.device();
     let pipeline = match evaluator {
         Engine::Cpu(_) => String::new(),
-        Engine::Vulkan(gpu) => format!(", pipeline {}", gpu.context().pipeline()),
+        Engine::Vulkan(gpu) => format!(", pipeline {}", gpu.pipeline()),
     };
     eprintln!("device: {} ({}, {}){pipeline}", device.name, device.kind, device.driver);
 }

@@ -23,7 +23,8 @@ pub struct ContextOptions {
     /// Bytes for the pictures of a population, at most; a population that needs more is drawn in
     /// several parts. Half of the device's memory where not given.
     pub picture_memory: Option<u64>,
-    /// How evaluators make the pictures; the fastest for the device where not given.
+    /// How evaluators make the pictures; where not given the fastest for the device, or
+    /// [`PipelineKind::Layered`] for a view with more object pixels than that can hold.
     pub pipeline: Option<PipelineKind>,
     /// The shape of [`PipelineKind::Compute`]; the faster for the device where not given.
     pub shape: Option<ComputeShape>,
@@ -62,7 +63,7 @@ pub struct Context {
     queue_family: u32,
     physical: vk::PhysicalDevice,
     picture_memory: u64,
-    pipeline: PipelineKind,
+    pipeline: Option<PipelineKind>,
     shape: ComputeShape,
     // Dropped in this order.
     device: OwnedDevice,
@@ -117,7 +118,7 @@ impl Context {
             .picture_memory
             .unwrap_or(report.memory / 2)
             .min(requirements::largest_allocation(&instance.raw, physical));
-        let pipeline = options.pipeline.unwrap_or(report.pipeline);
+        let pipeline = options.pipeline;
         let shape = options.shape.unwrap_or(report.shape);
         let together = requirements::together(&instance.raw, physical);
         if shape == ComputeShape::Tiles && !ComputeShape::tiles_possible(together) {
@@ -176,8 +177,8 @@ impl Context {
         self.picture_memory
     }
 
-    /// How evaluators make the pictures.
-    pub fn pipeline(&self) -> PipelineKind {
+    /// How evaluators make the pictures, where that is given.
+    pub(super) fn pipeline(&self) -> Option<PipelineKind> {
         self.pipeline
     }
 

@@ -34,6 +34,7 @@ pub struct GpuEvaluator {
     commands: Commands,
     fitness: Fitness,
     measure: Box<dyn Measure + Send>,
+    pipeline: PipelineKind,
     view: ViewMemory,
     drawn: Option<Drawn>,
     maps: Option<Maps>,
@@ -83,7 +84,8 @@ impl GpuEvaluator {
         maps: Option<Maps>,
     ) -> Result<Self> {
         let (drawn, drawable) = scene.unzip();
-        let measure: Box<dyn Measure + Send> = match context.pipeline() {
+        let pipeline = context.pipeline().unwrap_or_else(|| best(context, objects));
+        let measure: Box<dyn Measure + Send> = match pipeline {
             PipelineKind::Layered => {
                 let draw = Box::new(StoredDraw::new(context)?);
                 Box::new(Layered::new(context, &view, draw)?)
@@ -106,6 +108,7 @@ impl GpuEvaluator {
             commands: Commands::new(context)?,
             fitness: Fitness::new(context, &view, &*measure)?,
             measure,
+            pipeline,
             view,
             drawn,
             maps,
@@ -117,6 +120,11 @@ impl GpuEvaluator {
     /// and where the device has no timestamps.
     pub fn view_timings(&self) -> &[(&'static str, f64)] {
         self.drawn.as_ref().map_or(&[], |drawn| &drawn.timings)
+    }
+
+    /// How the pictures are made.
+    pub fn pipeline(&self) -> PipelineKind {
+        self.pipeline
     }
 
     /// The device and what was made and read on it.
@@ -152,6 +160,18 @@ impl GpuEvaluator {
     /// Terms and statistics of the first individuals of the last generation.
     fn read_details(&self, generation: &GenerationMemory, count: usize) -> Result<Vec<Detail>> {
         staging::read_buffer(&self.context, &generation.details, count)
+    }
+}
+
+/// The fastest pipeline that can hold so many object pixels.
+fn best(context: &Context, objects: u32) -> PipelineKind {
+    match context.report().pipeline {
+        PipelineKind::Compute
+            if context.shape() == ComputeShape::Runs && !Runs::fits(context, objects) =>
+        {
+            PipelineKind::Layered
+        }
+        pipeline => pipeline,
     }
 }
 
@@ -228,5 +248,27 @@ impl Evaluator for GpuEvaluator {
             self.maps = Some(drawn.read(&self.view)?);
         }
         Ok(self.maps.as_ref().expect("maps are known or drawn"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::testing;
+
+    #[test]
+    fn a_view_with_too_many_object_pixels_is_drawn() {
+        let context = testing::context();
+        assert_eq!(best(&context, 1000), PipelineKind::Compute);
+        assert!(!Runs::fits(&context, 1 << 31));
+        let most = best(&context, 1 << 31);
+        let runs = context.shape() == ComputeShape::Runs;
+        assert_eq!(most == PipelineKind::Layered, runs);
+        let (maps, view) = testing::maps(20, 10);
+        let (objective, shading) = (Objective::default(), Shading::default());
+        let view = ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+        let error = Runs::new(&context, &view, 1 << 31).err();
+        assert!(matches!(error, Some(Error::Unsupported { .. })));
+        testing::assert_valid(&context);
     }
 }

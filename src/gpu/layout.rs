@@ -320,12 +320,16 @@ pub mod pixel_binding {
     pub const TAPS: u32 = 1;
     /// Storage block: the object pixels' places in the picture.
     pub const PLACES: u32 = 2;
-    /// Storage block: the surface's records, three arrays of `vec4`.
-    pub const RECORDS: u32 = 3;
+    /// Storage block: position and shininess, a `vec4` for each object pixel.
+    pub const POSITIONS: u32 = 3;
+    /// Storage block: normal and diffuse reflectance, a `vec4` for each.
+    pub const NORMALS: u32 = 4;
+    /// Storage block: specular reflectance and unlit luminance, a `vec2` for each.
+    pub const LOOKS: u32 = 5;
     /// Storage block: a chunk's brightnesses, a `vec4` for each pixel of each block.
-    pub const BRIGHTNESS: u32 = 4;
+    pub const BRIGHTNESS: u32 = 6;
     /// Uniform block with a dynamic offset: a block's lights.
-    pub const WINDOW: u32 = 5;
+    pub const WINDOW: u32 = 7;
 }
 
 /// Every binding of that set.

@@ -27,7 +27,7 @@ pub struct Pixels {
     pub layout: PipelineLayout,
     /// Their places in the picture: `y·width + x`.
     pub places: Buffer,
-    _buffers: [Buffer; 3],
+    _buffers: [Buffer; 5],
     context: Arc<Context>,
 }
 
@@ -51,18 +51,22 @@ impl Pixels {
         let rows = geometry::storage_buffer(context, "pixel rows", 4 * u64::from(view.size[1]))?;
         let taps = storage("pixel taps", size_of::<Taps>())?;
         let places = storage("pixel places", 4)?;
-        let records = storage("pixel records", 3 * size_of::<[f32; 4]>())?;
+        let positions = storage("pixel positions", size_of::<[f32; 4]>())?;
+        let normals = storage("pixel normals", size_of::<[f32; 4]>())?;
+        let looks = storage("pixel looks", size_of::<[f32; 2]>())?;
         let mut set = DescriptorSet::new(context, "pixels", &pixel_bindings())?;
         for (number, buffer) in [
             (pixel_binding::ROW_COUNTS, &rows),
             (pixel_binding::TAPS, &taps),
             (pixel_binding::PLACES, &places),
-            (pixel_binding::RECORDS, &records),
+            (pixel_binding::POSITIONS, &positions),
+            (pixel_binding::NORMALS, &normals),
+            (pixel_binding::LOOKS, &looks),
         ] {
             set.write_buffer(number, buffer);
         }
         let layout = PipelineLayout::new(context, &[&view.set, &set], PUSH_STAGES, PUSH_BYTES)?;
-        let _buffers = [rows, taps, records];
+        let _buffers = [taps, rows, positions, normals, looks];
         let context = Arc::clone(context);
         let pixels = Self { count, stride, set, layout, places, _buffers, context };
         pixels.list(view)?;
@@ -133,7 +137,7 @@ mod tests {
     fn listed(context: &Arc<Context>, maps: &Maps, view: &ViewMemory) -> Vec<cpu::pixels::Pixel> {
         let count = maps.counts.object();
         let pixels = Pixels::new(context, view, count, 64).unwrap();
-        let [_, taps, _] = &pixels._buffers;
+        let [taps, ..] = &pixels._buffers;
         let taps: Vec<Taps> = staging::read_buffer(context, taps, count as usize).unwrap();
         let places: Vec<u32> =
             staging::read_buffer(context, &pixels.places, count as usize).unwrap();

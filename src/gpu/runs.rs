@@ -8,7 +8,7 @@ use super::memory::{Access, Buffer};
 use super::pipeline::Pipeline;
 use super::pixels::Pixels;
 use super::view::ViewMemory;
-use super::{Context, shaders, staging};
+use super::{Context, geometry, shaders, staging};
 use crate::Result;
 use crate::lighting::LightRecord;
 use crate::objective::HISTOGRAM_BINS;
@@ -19,9 +19,11 @@ use std::sync::Arc;
 const BLOCK: u32 = 4;
 /// Lights of a block, at most, behind those that only alignment brings along.
 pub const WINDOW: u32 = 72;
-/// Invocations of a work group.
-const GROUP: u32 = 64;
-/// Pixels that an invocation of `statistics` takes; at most 255, as it counts in bytes.
+/// Invocations of a work group of `statistics`; each has a run of pixels.
+const STATISTICS_GROUP: u32 = 32;
+/// Invocations of a work group of `shading`; each has a pixel.
+const GROUP: u32 = 256;
+/// Pixels of a run; at most 255, as it is counted in bytes.
 const PIXELS: u32 = 128;
 const PIXEL_BYTES: u64 = size_of::<[f32; BLOCK as usize]>() as u64;
 const LIGHT_BYTES: u32 = size_of::<LightRecord>() as u32;
@@ -37,14 +39,26 @@ pub struct Runs {
 }
 
 impl Runs {
+    /// Whether the device's buffers and work groups can hold so many object pixels.
+    pub fn fits(context: &Context, objects: u32) -> bool {
+        let limits = context.limits();
+        let bytes = u64::from(objects.next_multiple_of(GROUP)) * PIXEL_BYTES;
+        bytes <= limits.max_storage_buffer_range.into()
+            && objects.div_ceil(GROUP) <= limits.max_compute_work_group_count[0]
+    }
+
     /// For a view with `objects` object pixels, whose records and types are there.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] when the object pixels are more than the device's buffers can hold, and
-    /// what the device reports.
+    /// [`crate::Error::Unsupported`] when the object pixels are more than fit, and what the device
+    /// reports.
     pub fn new(context: &Arc<Context>, view: &ViewMemory, objects: u32) -> Result<Self> {
+        if !Self::fits(context, objects) {
+            let lacks = format!("pipeline compute for {objects} object pixels");
+            return Err(geometry::unsupported(context, lacks));
+        }
         let pixels = Pixels::new(context, view, objects, GROUP)?;
-        let constants = [GROUP, PIXELS, HISTOGRAM_BINS as u32];
+        let constants = [STATISTICS_GROUP, PIXELS, HISTOGRAM_BINS as u32];
         let spirv = shaders::STATISTICS_COMP;
         let statistics =
             Pipeline::compute(context, "statistics", spirv, &pixels.layout, &constants)?;
@@ -58,13 +72,13 @@ impl Runs {
 
     /// Work groups of `statistics` for each block.
     fn groups(&self) -> u32 {
-        self.pixels.count.div_ceil(GROUP * PIXELS)
+        self.pixels.count.div_ceil(STATISTICS_GROUP * PIXELS)
     }
 }
 
 impl Measure for Runs {
     fn entries(&self) -> [u32; 2] {
-        [self.groups() * GROUP; 2]
+        [self.groups() * STATISTICS_GROUP; 2]
     }
 
     fn block(&self) -> u32 {
