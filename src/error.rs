@@ -47,6 +47,9 @@ pub enum Error {
         /// Its result code.
         result: ash::vk::Result,
     },
+    /// The caller broke the work off.
+    #[error("interrupted")]
+    Interrupted,
     /// Device memory could not be had.
     #[error("device memory for {what}: {source}")]
     DeviceMemory {

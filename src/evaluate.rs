@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::lighting::{Light, Population};
 use crate::objective::maps::Maps;
-use crate::objective::{Statistics, Terms};
+use crate::objective::{Quality, Statistics, Terms};
 use serde::Serialize;
 
 /// What computes.
@@ -33,6 +33,13 @@ pub struct Inspection {
     pub picture: Vec<f32>,
 }
 
+impl Inspection {
+    /// `F` and the terms.
+    pub fn quality(&self) -> Quality {
+        Quality { score: self.score, terms: self.terms }
+    }
+}
+
 /// Measures populations of rigs against one view of one scene.
 pub trait Evaluator {
     /// What computes.
@@ -44,6 +51,12 @@ pub trait Evaluator {
     /// [`crate::Error::Argument`] unless `scores` has one place for each rig, and what the device
     /// reports.
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()>;
+
+    /// `F` and the terms of every rig, in order. `F` has the bits that [`Evaluator::evaluate`] gives.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>>;
 
     /// The terms and the picture of one rig.
     ///

@@ -5,7 +5,8 @@
 //! Lighting Design* (Ha and Olivier, 2006); `docs/METHOD.md` says where its numbers are ours.
 //!
 //! The rooms, in the direction of the arrows (`optimize` and the command line use the rest):
-//! [`scene`] → [`lighting`], [`objective`] → [`cpu`] | [`gpu`] → [`evaluate`] → [`optimize`].
+//! [`scene`] → [`lighting`], [`objective`] → [`cpu`] | [`gpu`] → [`evaluate`] → [`optimize`] →
+//! [`study`].
 
 #![warn(missing_docs)]
 
@@ -17,6 +18,7 @@ pub mod lighting;
 pub mod objective;
 pub mod optimize;
 pub mod scene;
+pub mod study;
 
 #[cfg(feature = "cli")]
 pub mod cli;

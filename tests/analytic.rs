@@ -6,13 +6,17 @@ mod shapes;
 use glam::{DMat4, DVec3};
 use klieg::cpu::{self, CpuEvaluator, fitness, histogram, visibility};
 use klieg::evaluate::{Evaluator, Inspection};
+use klieg::lighting::genome::Boxes;
 use klieg::lighting::shading::{Shading, srgb_decode, srgb_encode};
 use klieg::lighting::{Light, LightKind, Role};
 use klieg::objective::maps::{Maps, PixelCounts, PixelType, Surface};
 use klieg::objective::{HISTOGRAM_BINS, Objective};
 use klieg::scene::view::View;
 use klieg::scene::{Material, Scene};
+use klieg::study::landscape::{self, Grid};
+use klieg::study::{Subject, starts};
 use shapes::{matt, orthographic, rectangle, scene, sphere};
+use std::ops::ControlFlow;
 
 /// A directional light from the viewer.
 fn headlight(diffuse: f32) -> Light {
@@ -183,4 +187,34 @@ fn a_ramp_fills_the_histogram_evenly() {
     close(measured.gradient.into(), f64::from(slope) * slopes / 640.0, 1e-6);
     picture[5] = 1.0;
     assert_ne!(histogram::histogram(&maps, &picture), [n as u32 / 32; HISTOGRAM_BINS]);
+}
+
+/// A ball looks the same from all sides: under a directional light, `F` depends on the angle between
+/// light and viewer alone. It is worst near the front or the side, and best in between, where
+/// light and shade both show.
+#[test]
+fn a_ball_is_best_lit_from_the_side() {
+    let scene = scene([(sphere(64), matt(0.6), DMat4::IDENTITY)]);
+    let view = orthographic(&scene, 1.2, 320, 320);
+    let (maps, objective, shading) =
+        (maps(&scene, &view), Objective::default(), Shading::default());
+    let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading);
+    let kind = LightKind::Directional;
+    let genome = starts::position_genome(Role::Key, kind, &Boxes::default()).expect("a genome");
+    let mut subject = Subject { scene: &scene, view: &view, evaluator: &mut evaluator };
+    let grid = Grid { columns: 31, rows: 16 };
+    let observe = &mut |_| ControlFlow::Continue(());
+    let landscape = landscape::run(&mut subject, &genome, grid, observe).expect("a landscape");
+
+    let angle = |light: &Light| light.direction().z.acos().to_degrees();
+    let mut by_angle: Vec<(f32, f32)> =
+        landscape.lights.iter().map(angle).zip(landscape.scores()).collect();
+    by_angle.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let far =
+        |pair: &[(f32, f32)]| pair[1].0 - pair[0].0 < 0.1 && (pair[1].1 - pair[0].1).abs() > 0.01;
+    assert!(!by_angle.windows(2).any(far));
+    let best = angle(&landscape.lights[landscape.best()]);
+    assert!((50.0..75.0).contains(&best), "{best}");
+    let worst = angle(&landscape.lights[landscape.worst()]);
+    assert!(!(15.0..75.0).contains(&worst), "{worst}");
 }

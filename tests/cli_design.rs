@@ -199,8 +199,8 @@ fn options_go_before_the_configuration() {
     let text = "seed = 5\n[view]\nsize = \"20x30\"\nazimuth = -40.0\n[lights]\nroles = [\"rim\"]\n\
                 kind = \"directional\"\n[search]\npopulation = 6\ngenerations = 2\n";
     std::fs::write(place.path("k.toml"), text).unwrap();
-    let base = ["design", "ball.gltf", "--config", "k.toml", "--out"];
-    place.klieg(&base).args(["a"]).assert().success();
+    let base = ["design", "ball.gltf", "--config", "k.toml"];
+    place.klieg(&base).args(["--out", "a"]).assert().success();
     let result = place.read_json("a/result.json");
     assert_eq!((&result["seed"], &result["size"]), (&5.into(), &serde_json::json!([20, 30])));
     assert_eq!(
@@ -209,8 +209,18 @@ fn options_go_before_the_configuration() {
     );
     assert_eq!(result["lights"][0]["position"], Value::Null);
     assert_eq!(result["generations"], 2);
-    let more =
-        ["b", "--seed", "6", "--size", "32x32", "--lights", "key,rim", "--weights", "edge=1"];
+    let more = [
+        "--out",
+        "b",
+        "--seed",
+        "6",
+        "--size",
+        "32x32",
+        "--lights",
+        "key,rim",
+        "--weights",
+        "edge=1",
+    ];
     place.klieg(&base).args(more).assert().success();
     let result = place.read_json("b/result.json");
     assert_eq!((&result["seed"], &result["size"]), (&6.into(), &serde_json::json!([32, 32])));
@@ -317,4 +327,27 @@ fn a_design_on_a_vulkan_device_repeats_itself_and_scores_as_it_was_designed() {
         let difference = score["score"].as_f64().unwrap() - result["score"].as_f64().unwrap();
         assert!(difference.abs() < 1e-3, "{device}: {score} {result}");
     }
+}
+
+#[test]
+fn a_search_can_begin_with_the_scene_s_own_lights() {
+    let place = Folder::new();
+    place.design("first", &[]).assert().success();
+    let found = place.read_json("first/result.json");
+    let again = |out: &str, more: &[&str]| {
+        let arguments = ["design", "first/lit.glb", "--out", out, "--first", "scene"];
+        let mut command = place.klieg(&arguments);
+        command.args(["--population", "2", "--generations", "1"]).args(more);
+        command
+    };
+    // The elite of two individuals is what was found before, or better.
+    again("again", &[]).assert().success();
+    let (before, after) = (found["score"].as_f64(), place.read_json("again/result.json"));
+    assert!(after["score"].as_f64().unwrap() <= before.unwrap() + 1e-5, "{after}");
+    again("greedy", &["--optimizer", "greedy"]).assert().success();
+    let after = place.read_json("greedy/result.json");
+    assert!(after["score"].as_f64() < before, "{after}");
+    let output = again("wrong", &["--lights", "3"]).assert().code(2).get_output().clone();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("2 lights") && text.contains("search for 3"), "{text}");
 }

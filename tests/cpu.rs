@@ -174,8 +174,10 @@ fn scores_have_the_same_bits_for_any_number_of_threads() {
     assert_eq!(one, scores(2));
     assert_eq!(one, scores(5));
     let mut evaluator = bench.evaluator(&maps);
-    for (rig, &score) in rigs.iter().zip(&one) {
-        assert_eq!(evaluator.inspect(rig).expect("a rig").score, score);
+    let qualities = evaluator.qualities(&population).expect("7 qualities");
+    for ((rig, &score), quality) in rigs.iter().zip(&one).zip(qualities) {
+        assert_eq!(evaluator.inspect(rig).expect("a rig").quality(), quality);
+        assert_eq!(quality.score, score);
     }
     assert!(one.iter().any(|&score| score != one[0]));
 }

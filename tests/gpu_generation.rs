@@ -67,6 +67,23 @@ fn terms_are_those_of_the_plain_twins() {
 }
 
 #[test]
+fn qualities_are_the_scores_and_terms_of_each_rig() {
+    let context = context();
+    let (maps, view) = (ball(33, 21), view(33, 21, false));
+    let mut evaluator = evaluator(&context, &maps, &view);
+    let all = rigs(8, 41, 2, LightKind::Point);
+    let scores = evaluate(&mut evaluator, &all);
+    let qualities = evaluator.qualities(&population(&all)).expect("qualities");
+    assert_eq!(qualities.iter().map(|q| q.score).collect::<Vec<_>>(), scores);
+    for (rig, quality) in all.iter().zip(&qualities) {
+        assert_eq!(evaluator.inspect(rig).expect("an inspection").quality(), *quality);
+    }
+    let none = Population::new(2).expect("two lights");
+    assert!(evaluator.qualities(&none).expect("no work").is_empty());
+    assert_valid(&context);
+}
+
+#[test]
 fn one_pixel_and_one_light_are_noticed() {
     let context = context();
     let (maps, view) = (ball(40, 30), view(40, 30, false));

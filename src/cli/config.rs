@@ -32,6 +32,8 @@ pub struct Settings {
     pub shading: Shading,
     /// The first population.
     pub start: StartSettings,
+    /// Where the search begins.
+    pub first: First,
     /// How the lights are searched.
     pub optimizer: Method,
     /// The genetic algorithm.
@@ -51,6 +53,25 @@ pub enum Method {
     Greedy,
 }
 
+/// The first individual of the genetic algorithm, the first start of the greedy descent.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum First {
+    /// Lights in the directions of the clusters of the visible normals
+    #[default]
+    KMeans,
+    /// A random rig
+    Random,
+    /// The scene's own lights
+    Scene,
+    /// One light from the viewer
+    Headlight,
+    /// VTK's LightKit: key, fill, two back lights and a headlight
+    LightKit,
+    /// The photographer's key, fill and back light
+    ThreePoint,
+}
+
 /// Most starts of the greedy descent, whose probes are evaluated together.
 const MAX_STARTS: usize = 1 << 10;
 
@@ -58,7 +79,7 @@ const MAX_STARTS: usize = 1 << 10;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GreedySettings {
-    /// Descents side by side: the first from the k-means start, the others from random rigs.
+    /// Descents side by side: the first from [`Settings::first`], the others from random rigs.
     pub starts: usize,
     /// Distance of the probes of a central difference, as a share of each allele's range.
     pub probe: f32,

@@ -1,9 +1,10 @@
 //! `klieg design`: the search, and all that it leaves behind.
 
-use super::config::{Method, Settings};
+use super::config::{First, Method, Settings};
 use super::options::{Kind, SceneOptions, TargetOptions};
 use super::print;
-use super::session::{Session, milliseconds};
+use super::progress::{self, Interrupt};
+use super::session::{Session, milliseconds, warn};
 use super::values::Lights;
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
@@ -11,17 +12,14 @@ use crate::lighting::start::{self, StartSettings};
 use crate::optimize::{self, Descent, Genetic, Optimizer, Outcome, Progress};
 use crate::report::html::Sheet;
 use crate::report::json::{self, Design};
-use crate::report::{Staging, csv, picture, svg};
-use anyhow::{Context, Result, anyhow};
+use crate::report::{Staging, csv, picture, plot};
+use crate::scene;
+use anyhow::{Result, anyhow};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use std::io::IsTerminal;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// The lit scene.
@@ -29,9 +27,6 @@ const LIT: &str = "lit.glb";
 
 /// Size of `convergence.svg`.
 const PLOT: (u32, u32) = (800, 480);
-
-/// Exit code of a run that a second Ctrl-C ends at once: 128 + SIGINT.
-const KILLED: i32 = 130;
 
 /// Find the best lights for a scene
 ///
@@ -62,6 +57,9 @@ pub(super) struct Options {
     /// How the lights are searched [default: ga]
     #[arg(long)]
     optimizer: Option<Method>,
+    /// Where the search begins [default: k-means]
+    #[arg(long, value_name = "RIG")]
+    first: Option<First>,
     /// Seed of every random choice [default: 0]
     #[arg(long)]
     seed: Option<u64>,
@@ -79,6 +77,7 @@ impl Options {
         search.population = self.population.unwrap_or(search.population);
         search.generations = self.generations.unwrap_or(search.generations);
         settings.optimizer = self.optimizer.unwrap_or(settings.optimizer);
+        settings.first = self.first.unwrap_or(settings.first);
         settings.seed = self.seed.unwrap_or(settings.seed);
         Ok(settings)
     }
@@ -123,14 +122,31 @@ fn spare(scene: &Path, lit: &Path) -> crate::Result<()> {
     Ok(())
 }
 
-/// The search that the settings ask for, from the k-means start.
+/// The individual that the search begins with.
+fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result<Vec<f32>> {
+    let preset = match session.settings.first {
+        First::KMeans => {
+            let maps = session.evaluator.maps()?;
+            return Ok(start::first(&session.scene, &session.view, maps, genome, rng));
+        }
+        First::Random => return Ok(genome.bounds().iter().map(|r| r.uniform(rng)).collect()),
+        First::Scene => {
+            let (rig, warnings) = scene::lights::rig(&session.scene, &session.view)?;
+            warn(&warnings);
+            return Ok(start::from_rig(genome, &rig)?);
+        }
+        First::Headlight => Preset::Headlight,
+        First::LightKit => Preset::LightKit,
+        First::ThreePoint => Preset::ThreePoint,
+    };
+    Ok(start::from_rig(genome, &preset.rig())?)
+}
+
+/// The search that the settings ask for.
 fn search(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer>> {
     let Settings { seed, optimizer, start: spread, search, greedy, .. } = session.settings.clone();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let maps = session.evaluator.maps()?;
-    let (scene, view) = (&session.scene, &session.view);
-    let clustering = start::visible_clusters(scene, view, maps, genome.lights(), &mut rng);
-    let first = start::from_clusters(genome, &clustering.clusters);
+    let first = first(session, genome, &mut rng)?;
     let bounds = genome.bounds();
     Ok(match optimizer {
         Method::Ga => {
@@ -148,53 +164,29 @@ fn search(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer>> 
 /// Runs the search under the user's eyes.
 fn search_lights(session: &mut Session, genome: &Genome, quiet: bool) -> Result<Outcome> {
     let mut search = search(session, genome)?;
-    let interrupted = on_interrupt()?;
+    let interrupt = Interrupt::listen()?;
     let bar = progress_bar(&session.settings, quiet);
     let begin = Instant::now();
     let mut observe = |progress: &Progress| {
         let rate = progress.evaluations as f64 / begin.elapsed().as_secs_f64();
         bar.set_message(format!("F {:.4}, {rate:.0} evaluations/s", progress.best));
         bar.set_position(progress.generation as u64);
-        if interrupted.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        interrupt.check()
     };
     let outcome = optimize::run(&mut *search, genome, &mut *session.evaluator, &mut observe)?;
     bar.finish_and_clear();
     Ok(outcome)
 }
 
-/// Set by the first Ctrl-C; the second ends the process.
-fn on_interrupt() -> Result<Arc<AtomicBool>> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    let handler = move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(KILLED);
-        }
-    };
-    ctrlc::set_handler(handler).context("listening for Ctrl-C")?;
-    Ok(interrupted)
-}
-
 fn progress_bar(settings: &Settings, quiet: bool) -> ProgressBar {
-    if quiet || !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let (bar, template) = match settings.optimizer {
-        Method::Ga => (
-            ProgressBar::new(settings.search.generations as u64),
-            "{bar:32} {pos}/{len} generations, {msg}, {eta} left",
-        ),
+    match settings.optimizer {
+        Method::Ga => {
+            let template = "{bar:32} {pos}/{len} generations, {msg}, {eta} left";
+            progress::bar(Some(settings.search.generations as u64), template, quiet)
+        }
         // A descent ends where the ground is level: nobody knows when.
-        Method::Greedy => (ProgressBar::no_length(), "{spinner} {pos} generations, {msg}"),
-    };
-    bar.with_style(ProgressStyle::with_template(template).unwrap_or_else(|_| {
-        // The template above is well-formed; another style is no reason to end a search.
-        ProgressStyle::default_bar()
-    }))
+        Method::Greedy => progress::bar(None, "{spinner} {pos} generations, {msg}", quiet),
+    }
 }
 
 /// The search's settings in words.
@@ -237,9 +229,9 @@ fn write(session: &mut Session, outcome: &Outcome, staging: &mut Staging) -> Res
     };
     staging.write("report.html", sheet.render()?)?;
     let lit = staging.path(LIT);
-    crate::scene::lit::write(&session.scene.path, &session.view, &outcome.rig, &lit)?;
+    scene::lit::write(&session.scene.path, &session.view, &outcome.rig, &lit)?;
     staging.write("convergence.csv", csv::convergence(&outcome.history)?)?;
-    let plot = svg::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
+    let plot = plot::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
     staging.write("convergence.svg", plot)?;
     Ok(design)
 }

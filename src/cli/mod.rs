@@ -7,9 +7,12 @@ mod design;
 mod device;
 mod devices;
 mod options;
+mod paper;
 mod print;
+mod progress;
 mod score;
 mod session;
+mod study;
 pub mod values;
 
 use clap::{Parser, Subcommand};
@@ -28,6 +31,8 @@ enum Command {
     Score(score::Options),
     Analyze(analyze::Options),
     Devices(devices::Options),
+    Study(study::Options),
+    Paper(paper::Options),
     Bench(bench::Options),
 }
 
@@ -41,6 +46,8 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Score(options) => score::run(&options),
         Command::Analyze(options) => analyze::run(&options),
         Command::Devices(options) => devices::run(&options),
+        Command::Study(options) => study::run(&options),
+        Command::Paper(options) => paper::run(&options),
         Command::Bench(options) => bench::run(&options),
     }
 }

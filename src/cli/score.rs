@@ -6,7 +6,7 @@ use super::session::{Session, warn};
 use super::values::LightArg;
 use crate::lighting::presets::Preset;
 use crate::lighting::{LightKind, Rig, Role, check_number};
-use crate::report::json::{self, LightRecord, Quality, Score};
+use crate::report::json::{self, LightRecord, Score};
 use crate::scene;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
@@ -64,7 +64,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let score = Score {
         header: session.header(Score::SCHEMA),
         objective: (&session.settings.objective).into(),
-        quality: Quality::from(&inspection),
+        quality: inspection.quality(),
         rig: source,
         lights: LightRecord::rig(&rig, &session.view),
     };

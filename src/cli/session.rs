@@ -8,11 +8,14 @@ use crate::cpu::{self, CpuEvaluator};
 use crate::evaluate::Evaluator;
 use crate::gpu::GpuEvaluator;
 use crate::lighting::{Light, Population};
+use crate::objective::Quality;
+use crate::report::exhibit::Studio;
 use crate::report::json::{Header, Timing};
 use crate::report::picture::BACKGROUND;
 use crate::scene::framing::{Framing, frame};
 use crate::scene::view::{Camera, View};
 use crate::scene::{self, Scene};
+use crate::study::Subject;
 use anyhow::Result;
 use image::RgbImage;
 use std::ops::{Deref, DerefMut};
@@ -31,6 +34,14 @@ pub(super) enum Engine {
 }
 
 impl Engine {
+    /// The evaluator alone.
+    pub fn boxed(self) -> Box<dyn Evaluator> {
+        match self {
+            Self::Cpu(evaluator) => evaluator,
+            Self::Vulkan(evaluator) => evaluator,
+        }
+    }
+
     /// The GPU's time for each stage of the last population, milliseconds; none for the CPU.
     pub fn stage_times(&self) -> &[(&'static str, f64)] {
         match self {
@@ -98,6 +109,11 @@ impl Session {
         Header::new(schema, &self.scene, &self.view, self.evaluator.device())
     }
 
+    /// The view as studies take it.
+    pub fn subject(&mut self) -> Subject<'_> {
+        Subject { scene: &self.scene, view: &self.view, evaluator: &mut *self.evaluator }
+    }
+
     /// The colour picture of a rig.
     ///
     /// # Errors
@@ -108,6 +124,20 @@ impl Session {
         let shading = &self.settings.shading;
         let records = rig.records();
         Ok(cpu::population::color_picture(maps, &self.view, shading, records, BACKGROUND))
+    }
+}
+
+impl Studio for Session {
+    fn view(&self) -> &View {
+        &self.view
+    }
+
+    fn paint(&mut self, rig: &[Light]) -> Result<RgbImage> {
+        self.picture(rig)
+    }
+
+    fn judge(&mut self, rig: &[Light]) -> Result<Quality> {
+        Ok(self.evaluator.inspect(rig)?.quality())
     }
 }
 
@@ -183,7 +213,7 @@ pub(super) fn evaluator(
     view: &View,
     settings: &Settings,
     device: &Device,
-) -> Result<Engine> {
+) -> crate::Result<Engine> {
     let (objective, shading) = (settings.objective, settings.shading);
     Ok(match device::open(device)? {
         Opened::Cpu => {

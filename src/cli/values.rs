@@ -1,8 +1,11 @@
 //! Values that the command line and configuration files write the same way.
 
+use crate::error::within;
+use crate::lighting::genome::{Genome, Range};
 use crate::lighting::{Light, LightKind, MAX_LIGHTS, Role, check_number};
 use crate::objective::Terms;
 use crate::scene::view::MAX_SIDE;
+use crate::study::landscape::Grid;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
 use std::str::FromStr;
@@ -223,6 +226,52 @@ impl FromStr for Weights {
 fn weight_value(text: &str) -> Result<f32, String> {
     let value = number(text)?;
     if value < 0.0 { Err(format!("weight {value} is negative")) } else { Ok(value) }
+}
+
+/// Columns and rows of a landscape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GridSize(pub Grid);
+
+impl FromStr for GridSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let fault = || format!("'{text}' is not a grid COLUMNSxROWS");
+        let (columns, rows) = text.split_once(['x', 'X', '×']).ok_or_else(fault)?;
+        let number = |text: &str| text.trim().parse().map_err(|_| fault());
+        Ok(Self(Grid { columns: number(columns)?, rows: number(rows)? }))
+    }
+}
+
+/// Where a light stands: elevation and azimuth, degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Position([f32; 2]);
+
+impl Position {
+    /// The chromosome of a light there, every other value in the middle of its range.
+    ///
+    /// # Errors
+    /// [`crate::Error::Argument`] for a position outside the box.
+    pub fn chromosome(self, genome: &Genome) -> crate::Result<Vec<f32>> {
+        let mut chromosome: Vec<f32> = genome.bounds().iter().map(Range::middle).collect();
+        for (i, (angle, name)) in self.0.into_iter().zip(["elevation", "azimuth"]).enumerate() {
+            let range = genome.bounds()[i];
+            let (low, high) = (range.low.to_degrees(), range.high.to_degrees());
+            within(name, angle, low.round(), high.round())?;
+            chromosome[i] = range.nearest(angle.to_radians());
+        }
+        Ok(chromosome)
+    }
+}
+
+impl FromStr for Position {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let values = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
+        let count = |v: Vec<_>| format!("{} numbers instead of 2 (el,az)", v.len());
+        Ok(Self(values.try_into().map_err(count)?))
+    }
 }
 
 /// A light as `el,az,R,Id,Is`: degrees, scene radii and intensities.

@@ -10,7 +10,7 @@ use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population};
 use crate::objective::maps::Maps;
-use crate::objective::{HISTOGRAM_BINS, Objective, Statistics};
+use crate::objective::{HISTOGRAM_BINS, Objective, Quality, Statistics};
 use crate::scene::view::View;
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -105,9 +105,23 @@ impl CpuEvaluator {
         Part { sum, squares, edge, gradient: inner + outer, histogram: kernels::histogram(own) }
     }
 
-    /// Scores the rigs of `lights` lights each in `records`.
-    fn evaluate_chunk(&mut self, records: &[LightRecord], lights: usize, scores: &mut [f32]) {
-        let rigs = scores.len();
+    /// Passes the quality of every rig to `take`, in order.
+    fn measure_all(&mut self, population: &Population, mut take: impl FnMut(Quality)) {
+        let lights = population.lights();
+        let chunk = (CHUNK_PARTS / self.bands.len().max(1)).max(1);
+        for records in population.records().chunks(chunk * lights) {
+            self.measure_chunk(records, lights, &mut take);
+        }
+    }
+
+    /// Measures the rigs of `lights` lights each in `records`.
+    fn measure_chunk(
+        &mut self,
+        records: &[LightRecord],
+        lights: usize,
+        take: &mut impl FnMut(Quality),
+    ) {
+        let rigs = records.len() / lights;
         let mut parts = std::mem::take(&mut self.parts);
         parts.resize(rigs * self.bands.len(), Part::default());
         let tasks = THREAD_TASKS * rayon::current_num_threads();
@@ -122,9 +136,9 @@ impl CpuEvaluator {
             .for_each(|(band, parts, rigs)| {
                 self.with_room(|room| self.measure(band, rigs, lights, room, parts));
             });
-        for (rig, score) in scores.iter_mut().enumerate() {
+        for rig in 0..rigs {
             let statistics = self.statistics(parts.iter().skip(rig).step_by(rigs));
-            *score = self.objective.score(&self.objective.terms(&statistics, &self.maps));
+            take(self.objective.quality(&statistics, &self.maps));
         }
         self.parts = parts;
     }
@@ -166,13 +180,17 @@ impl Evaluator for CpuEvaluator {
         if scores.len() != rigs {
             return Err(Error::Argument(format!("{} places for {rigs} scores", scores.len())));
         }
-        let lights = population.lights();
-        let chunk = (CHUNK_PARTS / self.bands.len().max(1)).max(1);
-        let records = population.records().chunks(chunk * lights);
-        for (records, scores) in records.zip(scores.chunks_mut(chunk)) {
-            self.evaluate_chunk(records, lights, scores);
-        }
+        let mut places = scores.iter_mut();
+        self.measure_all(population, |quality| {
+            places.next().into_iter().for_each(|place| *place = quality.score);
+        });
         Ok(())
+    }
+
+    fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
+        let mut qualities = Vec::with_capacity(population.len());
+        self.measure_all(population, |quality| qualities.push(quality));
+        Ok(qualities)
     }
 
     fn inspect(&mut self, rig: &[Light]) -> Result<Inspection> {
@@ -191,8 +209,8 @@ impl Evaluator for CpuEvaluator {
             });
         }
         let statistics = self.statistics(parts.iter());
-        let terms = self.objective.terms(&statistics, &self.maps);
-        Ok(Inspection { score: self.objective.score(&terms), terms, statistics, picture })
+        let Quality { score, terms } = self.objective.quality(&statistics, &self.maps);
+        Ok(Inspection { score, terms, statistics, picture })
     }
 
     fn maps(&mut self) -> Result<&Maps> {

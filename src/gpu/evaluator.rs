@@ -1,7 +1,7 @@
 //! The Vulkan evaluator.
 
 use super::Context;
-use super::commands::{COPY_WRITE, Commands, HOST_READ};
+use super::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ};
 use super::drawn::{self, Drawn};
 use super::generation::{GenerationMemory, Stages};
 use super::layout::Detail;
@@ -11,7 +11,7 @@ use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, Population};
 use crate::objective::maps::Maps;
-use crate::objective::{Objective, Statistics, Terms};
+use crate::objective::{Objective, Quality, Statistics};
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
@@ -124,41 +124,50 @@ impl GpuEvaluator {
         Ok(individuals)
     }
 
-    /// Terms, statistics and picture of individual 0 of the last generation.
-    fn read_first(&self, generation: &GenerationMemory) -> Result<(Detail, Vec<f32>)> {
+    /// Terms and statistics of the first individuals of the last generation.
+    fn read_details(&self, generation: &GenerationMemory, count: usize) -> Result<Vec<Detail>> {
+        let out = self.readback("details", count * size_of::<Detail>())?;
+        Commands::once(&self.context, |cmd| {
+            let region = [vk::BufferCopy::default().size(out.size())];
+            // SAFETY: both buffers are alive and hold `count` details.
+            unsafe {
+                let (from, to) = (generation.details.raw(), out.raw());
+                self.context.device().cmd_copy_buffer(cmd, from, to, &region);
+            }
+            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
+            Ok(())
+        })?;
+        let mut details = vec![Detail::zeroed(); count];
+        out.read(&mut details);
+        Ok(details)
+    }
+
+    /// The picture of individual 0 of the last generation.
+    fn read_picture(&self, generation: &GenerationMemory) -> Result<Vec<f32>> {
         let [width, height] = self.view.size;
         let pixels = width as usize * height as usize;
-        let read = |name, bytes| {
-            let usage = vk::BufferUsageFlags::TRANSFER_DST;
-            Buffer::new(&self.context, name, bytes as u64, usage, Access::Readback)
-        };
-        let detail_out = read("detail", size_of::<Detail>())?;
-        let picture_out = read("picture", 4 * pixels)?;
+        let out = self.readback("picture", 4 * pixels)?;
         Commands::once(&self.context, |cmd| {
             let image = &generation.pictures.image;
             // The draw leaves the pictures to shaders.
             let shader = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
             let copy = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-            let (read, write) = (super::commands::COPY_READ, COPY_WRITE);
-            self.context.transition(cmd, image, (shader, copy), read, read);
-            self.context.download(cmd, (image, copy, 0), &picture_out);
-            self.context.transition(cmd, image, (copy, shader), read, read);
-            let region = [vk::BufferCopy::default().size(detail_out.size())];
-            // SAFETY: both buffers are alive and hold a detail.
-            unsafe {
-                let (from, to) = (generation.details.raw(), detail_out.raw());
-                self.context.device().cmd_copy_buffer(cmd, from, to, &region);
-            }
-            self.context.barrier(cmd, write, HOST_READ);
+            self.context.transition(cmd, image, (shader, copy), COPY_READ, COPY_READ);
+            self.context.download(cmd, (image, copy, 0), &out);
+            self.context.transition(cmd, image, (copy, shader), COPY_READ, COPY_READ);
+            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
             Ok(())
         })?;
-        let mut detail = [Detail::zeroed()];
         let mut picture = vec![0.0; pixels];
-        detail_out.read(&mut detail);
-        picture_out.read(&mut picture);
+        out.read(&mut picture);
         // The device marks the background by a negative value.
         picture.iter_mut().for_each(|value: &mut f32| *value = value.max(0.0));
-        Ok((detail[0], picture))
+        Ok(picture)
+    }
+
+    fn readback(&self, name: &str, bytes: usize) -> Result<Buffer> {
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        Buffer::new(&self.context, name, bytes as u64, usage, Access::Readback)
     }
 }
 
@@ -196,20 +205,27 @@ impl Evaluator for GpuEvaluator {
         Ok(())
     }
 
+    fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
+        if population.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut scores = vec![0.0; population.len()];
+        self.evaluate(population, &mut scores)?;
+        let generation = self.generation.as_ref().expect("made by `evaluate`");
+        let details = self.read_details(generation, scores.len())?;
+        let quality = |(score, detail): (f32, Detail)| Quality { score, terms: detail.terms() };
+        Ok(scores.into_iter().zip(details).map(quality).collect())
+    }
+
     fn inspect(&mut self, rig: &[Light]) -> Result<Inspection> {
         let mut score = [0.0];
         self.evaluate(&Population::of([rig])?, &mut score)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
-        let (detail, picture) = self.read_first(generation)?;
+        let detail = self.read_details(generation, 1)?[0];
+        let picture = self.read_picture(generation)?;
         Ok(Inspection {
             score: score[0],
-            terms: Terms {
-                edge: detail.edge,
-                mean: detail.mean,
-                grad: detail.grad,
-                var: detail.var,
-                hist: detail.hist,
-            },
+            terms: detail.terms(),
             statistics: Statistics {
                 edge_contrast: detail.picture_edge_contrast,
                 mean: detail.picture_mean,

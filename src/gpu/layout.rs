@@ -4,7 +4,7 @@
 
 use super::pipeline::Binding;
 use crate::lighting::shading::Shading;
-use crate::objective::{HISTOGRAM_BINS, Objective};
+use crate::objective::{HISTOGRAM_BINS, Objective, Terms};
 use crate::scene::view::View;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -136,6 +136,14 @@ pub struct Detail {
     pub picture_gradient: f32,
     /// Object pixels in each bin.
     pub histogram: [u32; HISTOGRAM_BINS],
+}
+
+impl Detail {
+    /// The five terms.
+    pub fn terms(&self) -> Terms {
+        let Self { edge, mean, grad, var, hist, .. } = *self;
+        Terms { edge, mean, grad, var, hist }
+    }
 }
 
 /// What the visibility draw needs of an instance (`shaders/include/visibility.glsl`).

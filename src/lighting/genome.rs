@@ -184,6 +184,11 @@ impl Genome {
         &self.bounds
     }
 
+    /// The lights' roles.
+    pub fn roles(&self) -> &[Role] {
+        &self.roles
+    }
+
     /// Number of lights.
     pub fn lights(&self) -> usize {
         self.roles.len()

@@ -3,11 +3,11 @@
 
 use super::genome::{Genome, Range};
 use super::{Light, Role, angles};
-use crate::Result;
 use crate::error::within;
 use crate::objective::maps::Maps;
 use crate::scene::Scene;
 use crate::scene::view::View;
+use crate::{Error, Result};
 use glam::{DMat3, Vec3};
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
@@ -180,6 +180,44 @@ pub fn from_clusters(genome: &Genome, clusters: &[Cluster]) -> Vec<f32> {
     genome.encode(&rig)
 }
 
+/// The individual that the visible polygons' clusters suggest.
+pub fn first(
+    scene: &Scene,
+    view: &View,
+    maps: &Maps,
+    genome: &Genome,
+    rng: &mut impl Rng,
+) -> Vec<f32> {
+    let clustering = visible_clusters(scene, view, maps, genome.lights(), rng);
+    from_clusters(genome, &clustering.clusters)
+}
+
+/// The individual of a given rig, each value moved to the nearest one of its box. Lights are taken by
+/// role; a role that the rig has too few of takes what is left, in order.
+///
+/// # Errors
+/// [`Error::Argument`] when the rig has another number of lights.
+pub fn from_rig(genome: &Genome, rig: &[Light]) -> Result<Vec<f32>> {
+    let (given, wanted) = (rig.len(), genome.lights());
+    if given != wanted {
+        let fault = format!("a rig of {given} lights cannot start a search for {wanted}");
+        return Err(Error::Argument(fault));
+    }
+    let mut left = rig.to_vec();
+    let mut chosen: Vec<Option<Light>> = genome
+        .roles()
+        .iter()
+        .map(|role| {
+            let at = left.iter().position(|light| light.role == *role)?;
+            Some(left.remove(at))
+        })
+        .collect();
+    let mut left = left.into_iter();
+    chosen.iter_mut().filter(|light| light.is_none()).for_each(|light| *light = left.next());
+    let rig: Vec<Light> = chosen.into_iter().flatten().collect();
+    Ok(genome.encode(&rig))
+}
+
 /// The first population: `first` itself, some scattered around it, the rest uniform in the box.
 pub fn population(
     bounds: &[Range],
@@ -303,6 +341,22 @@ mod tests {
         assert_eq!(elevations(&[Role::Key, Role::Fill]), [0.0, 90.0]);
         assert_eq!(elevations(&[Role::Fill, Role::Key]), [90.0, 0.0]);
         assert_eq!(elevations(&[Role::Fill, Role::Rim, Role::Key]), [90.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_given_rig_is_matched_by_role() {
+        let roles = [Role::Key, Role::Fill, Role::Rim];
+        let genome = Genome::new(&roles, LightKind::Point, &Boxes::default()).unwrap();
+        let middle: Vec<f32> = genome.bounds().iter().map(Range::middle).collect();
+        let [mut key, fill, mut rim] = <[Light; 3]>::try_from(genome.decode(&middle)).unwrap();
+        (key.diffuse, rim.diffuse) = (1.5, 0.25);
+        let start = from_rig(&genome, &[rim, fill, key]).unwrap();
+        assert_eq!(genome.decode(&start), [key, fill, rim]);
+        // A second key stands in for the missing rim, at the nearest place that rims have.
+        let start = genome.decode(&from_rig(&genome, &[key, key, fill]).unwrap());
+        assert_eq!(start[..2], [key, fill]);
+        assert_eq!((start[2].role, start[2].diffuse), (Role::Rim, 1.0));
+        assert!(from_rig(&genome, &[key, fill]).is_err());
     }
 
     #[test]

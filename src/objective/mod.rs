@@ -41,6 +41,15 @@ impl Terms {
     }
 }
 
+/// A picture's quality.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Quality {
+    /// `F`.
+    pub score: f32,
+    /// The five terms.
+    pub terms: Terms,
+}
+
 /// Settings of the quality function.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -120,6 +129,12 @@ impl Objective {
             var: 1.0 - (picture.variance.max(0.0).sqrt() * 12f32.sqrt()).min(1.0),
             hist: 1.0 - entropy(&picture.histogram) / (HISTOGRAM_BINS as f32).ln(),
         }
+    }
+
+    /// The quality of a picture of the view that `maps` describes.
+    pub fn quality(&self, picture: &Statistics, maps: &Maps) -> Quality {
+        let terms = self.terms(picture, maps);
+        Quality { score: self.score(&terms), terms }
     }
 
     /// `F`, the weighted sum of the terms.

@@ -3,6 +3,9 @@
 
 pub mod descent;
 pub mod genetic;
+pub mod race;
+pub mod random;
+pub mod restarts;
 
 use crate::Result;
 use crate::evaluate::Evaluator;
@@ -12,6 +15,9 @@ use std::ops::ControlFlow;
 
 pub use descent::{Descent, DescentSettings};
 pub use genetic::{Genetic, GeneticSettings, MAX_POPULATION};
+pub use race::{Course, race};
+pub use random::Random;
+pub use restarts::Restarts;
 
 /// A search for the chromosome with the lowest score.
 pub trait Optimizer {
@@ -63,6 +69,34 @@ impl Outcome {
     }
 }
 
+/// Chromosomes on their way to an evaluator, and their scores.
+pub(crate) struct Batch<'a> {
+    genome: &'a Genome,
+    population: Population,
+    scores: Vec<f32>,
+}
+
+impl<'a> Batch<'a> {
+    pub fn new(genome: &'a Genome) -> Result<Self> {
+        Ok(Self { genome, population: Population::new(genome.lights())?, scores: Vec::new() })
+    }
+
+    /// The scores of the chromosomes, evaluated as one population.
+    pub fn evaluate<'c>(
+        &mut self,
+        chromosomes: impl IntoIterator<Item = &'c Vec<f32>>,
+        evaluator: &mut dyn Evaluator,
+    ) -> Result<&[f32]> {
+        self.population.clear();
+        for chromosome in chromosomes {
+            self.population.push(&self.genome.decode(chromosome))?;
+        }
+        self.scores.resize(self.population.len(), 0.0);
+        evaluator.evaluate(&self.population, &mut self.scores)?;
+        Ok(&self.scores)
+    }
+}
+
 /// Runs a search to its end, or until `observe`, called after every generation, breaks it off.
 ///
 /// # Errors
@@ -76,18 +110,12 @@ pub fn run(
     evaluator: &mut dyn Evaluator,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Outcome> {
-    let mut population = Population::new(genome.lights())?;
-    let mut scores = Vec::new();
+    let mut batch = Batch::new(genome)?;
     let mut history: Vec<Progress> = Vec::new();
     let mut stopped = false;
     while !stopped && !search.ask().is_empty() {
-        population.clear();
-        for chromosome in search.ask() {
-            population.push(&genome.decode(chromosome))?;
-        }
-        scores.resize(population.len(), 0.0);
-        evaluator.evaluate(&population, &mut scores)?;
-        search.tell(&scores);
+        let scores = batch.evaluate(search.ask(), evaluator)?;
+        search.tell(scores);
         let before = history.last().map_or(0, |last| last.evaluations);
         let progress = progress(search, history.len() + 1, before + scores.len());
         stopped = observe(&progress).is_break();

@@ -2,16 +2,14 @@
 //! they stand, and the course of the search.
 
 use super::json::Design;
-use super::{picture, svg};
+use super::{picture, plot};
 use crate::lighting::{Light, LightKind};
 use crate::objective::Terms;
 use crate::optimize::Progress;
 use anyhow::{Context, Result, anyhow};
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use image::RgbImage;
 use minijinja::value::Serde;
-use minijinja::{Environment, Value, context};
+use minijinja::{Environment, UndefinedBehavior, Value, context};
 use serde::Serialize;
 
 /// What each term means, in the order of [`Terms::to_array`].
@@ -70,20 +68,19 @@ impl Sheet<'_> {
     /// # Errors
     /// When a picture is too large for PNG.
     pub fn render(&self) -> Result<String> {
-        let mut environment = Environment::new();
-        environment.add_filter("fixed", |value: f64, digits: usize| format!("{value:.digits$}"));
+        let mut environment = environment()?;
         environment.add_template("report.html", include_str!("report.html.j2"))?;
         let (radius, spots) = self.spots();
-        let plot = svg::convergence(self.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
+        let search = plot::convergence(self.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
         let title = std::path::Path::new(&self.design.header.scene).file_name();
         let page = context! {
             title => title.map_or("scene".into(), |name| name.to_string_lossy()),
             result => Serde(self.design),
             change => self.change(),
             terms => Serde(self.terms()),
-            best => data_uri(self.best)?,
-            headlight => data_uri(self.headlight)?,
-            plot => plot,
+            best => Value::from_safe_string(picture::data_uri(self.best)?),
+            headlight => Value::from_safe_string(picture::data_uri(self.headlight)?),
+            plot => search,
             spots => Serde(spots),
             radius => radius,
             settings => self.settings.clone(),
@@ -122,8 +119,13 @@ impl Sheet<'_> {
     }
 }
 
-/// The picture as a URI; base64 needs no escaping in HTML.
-fn data_uri(image: &RgbImage) -> Result<Value> {
-    let text = STANDARD.encode(picture::png(image)?);
-    Ok(Value::from_safe_string(format!("data:image/png;base64,{text}")))
+/// What all pages are rendered by: the filter `fixed(digits)`, and their common style, `page.css`. A
+/// name without a value is an error.
+pub(super) fn environment() -> Result<Environment<'static>> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.add_filter("fixed", |value: f64, digits: usize| format!("{value:.digits$}"));
+    environment.add_template("page.css", include_str!("page.css"))?;
+    environment.add_template("theme.css", plot::theme::THEME_CSS)?;
+    Ok(environment)
 }

@@ -2,7 +2,7 @@
 
 use crate::evaluate::{DeviceInfo, Inspection};
 use crate::lighting::{Light, LightKind, Role};
-use crate::objective::{Objective, Terms};
+use crate::objective::{Objective, Quality, Terms};
 use crate::optimize::Outcome;
 use crate::scene::Scene;
 use crate::scene::view::{Projection, View};
@@ -122,21 +122,6 @@ impl From<&Objective> for ObjectiveRecord {
     }
 }
 
-/// A picture's quality.
-#[derive(Debug, Clone, Serialize)]
-pub struct Quality {
-    /// `F`.
-    pub score: f32,
-    /// The five terms.
-    pub terms: Terms,
-}
-
-impl From<&Inspection> for Quality {
-    fn from(inspection: &Inspection) -> Self {
-        Self { score: inspection.score, terms: inspection.terms }
-    }
-}
-
 /// A light.
 #[derive(Debug, Clone, Serialize)]
 pub struct LightRecord {
@@ -238,8 +223,8 @@ impl Design {
             header,
             seed,
             objective: objective.into(),
-            quality: best.into(),
-            headlight: headlight.into(),
+            quality: best.quality(),
+            headlight: headlight.quality(),
             lights: LightRecord::rig(&outcome.rig, view),
             generations: outcome.history.len(),
             evaluations: outcome.evaluations(),

@@ -4,11 +4,13 @@
 //! when all are there.
 
 pub mod csv;
+pub mod exhibit;
 pub mod html;
 pub mod json;
 pub mod npy;
+pub mod paper;
 pub mod picture;
-pub mod svg;
+pub mod plot;
 
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};

@@ -2,6 +2,8 @@
 
 use crate::lighting::start::Clustering;
 use crate::objective::maps::{Maps, PixelType};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use image::{ImageError, Rgb, RgbImage};
 use std::io::Cursor;
 
@@ -19,6 +21,14 @@ pub fn png(picture: &RgbImage) -> Result<Vec<u8>, ImageError> {
     let mut bytes = Vec::new();
     picture.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png)?;
     Ok(bytes)
+}
+
+/// The picture as the URI of a PNG, which needs no escaping in HTML and SVG.
+///
+/// # Errors
+/// When the picture is too large for PNG.
+pub fn data_uri(picture: &RgbImage) -> Result<String, ImageError> {
+    Ok(format!("data:image/png;base64,{}", STANDARD.encode(png(picture)?)))
 }
 
 /// Colour code: every polygon in a colour of its own, the background black.

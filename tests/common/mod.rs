@@ -21,14 +21,13 @@ impl Folder {
         self.folder.path().join(name)
     }
 
-    /// `klieg` in this folder, on the native evaluator.
+    /// `klieg` in this folder, on the native evaluator unless `arguments` name a device.
     pub fn klieg(&self, arguments: &[&str]) -> Command {
-        let (subcommand, options) = arguments.split_at(1);
-        let mut command = klieg(subcommand);
-        if subcommand != ["devices"] && !options.contains(&"--device") {
+        let mut command = klieg(arguments);
+        if arguments[0] != "devices" && !arguments.contains(&"--device") {
             command.args(["--device", "cpu"]);
         }
-        command.current_dir(self.folder.path()).args(options);
+        command.current_dir(self.folder.path());
         command
     }
 

@@ -1,50 +1,15 @@
-//! Lit scenes pass the Khronos glTF validator. It runs on Node.js and is installed from npm, in the
-//! version that `tests/validator/package.json` pins, where it is not there yet.
+//! Lit scenes pass the Khronos glTF validator, which runs on Node.js (`tests/validator/`).
 
 use super::fixtures::{glb, positions, rig, triangle, views, write, write_all};
+use super::npm;
 use klieg::scene::lit;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
-
-/// Runs a program and gives what it prints.
-fn run(command: &mut Command) -> Vec<u8> {
-    let output = command.output().unwrap_or_else(|error| {
-        panic!("{command:?}: {error}; the glTF validator needs Node.js 16 or later and npm")
-    });
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{command:?}: {}\n{complaint}", output.status);
-    output.stdout
-}
-
-/// The folder with the validator, installed once.
-fn installed() -> &'static Path {
-    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    FOLDER.get_or_init(|| {
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/validator");
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("validator");
-        std::fs::create_dir_all(&folder).expect("a folder for the validator");
-        for name in ["package.json", "validate.mjs"] {
-            std::fs::copy(source.join(name), folder.join(name)).expect("a copied file");
-        }
-        let pinned = std::fs::read(folder.join("package.json")).expect("the copied file");
-        let pinned: Value = serde_json::from_slice(&pinned).expect("JSON");
-        let installed = std::fs::read(folder.join("node_modules/gltf-validator/package.json"));
-        let installed: Value =
-            installed.map_or(Value::Null, |json| serde_json::from_slice(&json).expect("JSON"));
-        if installed["version"] != pinned["dependencies"]["gltf-validator"] {
-            let flags = ["install", "--no-package-lock", "--no-audit", "--no-fund"];
-            run(Command::new("npm").args(flags).current_dir(&folder));
-        }
-        folder
-    })
-}
 
 /// The validator's reports on some files.
 fn validate(files: &[PathBuf]) -> Vec<Value> {
-    let script = installed().join("validate.mjs");
-    serde_json::from_slice(&run(Command::new("node").arg(script).args(files))).expect("JSON")
+    let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    serde_json::from_slice(&npm::run("validator", "validate.mjs", &files)).expect("JSON")
 }
 
 /// Codes of a report's issues up to a severity: 0 errors, 1 warnings, 2 and 3 hints.

@@ -1,0 +1,109 @@
+//! `klieg study`: the paper's experiments on any scene.
+
+mod positions;
+mod searches;
+
+pub(super) use searches::search_settings;
+
+use super::config::Settings;
+use super::options::{Kind, SceneOptions, TargetOptions};
+use super::print;
+use super::session::Session;
+use crate::report::Staging;
+use crate::report::exhibit::{Exhibit, StudyFile};
+use crate::report::json;
+use anyhow::Result;
+use clap::{Args, Subcommand};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Run an experiment of the paper on a scene
+///
+/// Writes tables (CSV), plots (SVG), pictures (PNG) and the figures as JSON. All runs of a study are
+/// evaluated side by side. Ctrl-C ends a study without writing anything.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    #[command(subcommand)]
+    study: Study,
+}
+
+#[derive(Debug, Subcommand)]
+enum Study {
+    Landscape(positions::LandscapeOptions),
+    Starts(positions::StartsOptions),
+    Convergence(searches::ConvergenceOptions),
+    Compare(searches::CompareOptions),
+    Sweep(searches::SweepOptions),
+    Ablation(searches::AblationOptions),
+}
+
+pub(super) fn run(options: &Options) -> Result<()> {
+    match &options.study {
+        Study::Landscape(options) => positions::landscape(options),
+        Study::Starts(options) => positions::starts(options),
+        Study::Convergence(options) => searches::convergence(options),
+        Study::Compare(options) => searches::compare(options),
+        Study::Sweep(options) => searches::sweep(options),
+        Study::Ablation(options) => searches::ablation(options),
+    }
+}
+
+/// What all studies ask for.
+#[derive(Debug, Args)]
+struct Common {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    target: TargetOptions,
+    /// Folder for the results, created where absent
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Kind of the lights [default: point]
+    #[arg(long)]
+    kind: Option<Kind>,
+    /// Seed of every random choice [default: 0]
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+impl Common {
+    fn settings(&self) -> crate::Result<Settings> {
+        let mut settings = self.scene.settings()?;
+        self.target.apply(&mut settings);
+        settings.lights.kind = self.kind.map_or(settings.lights.kind, Into::into);
+        settings.seed = self.seed.unwrap_or(settings.seed);
+        Ok(settings)
+    }
+
+    /// The scene in view, and a place for the results.
+    fn open(&self, settings: Settings) -> Result<(Session, Staging)> {
+        let session = Session::open(&self.scene.scene, settings)?;
+        Ok((session, Staging::new(&self.out)?))
+    }
+
+    /// Writes an exhibit and its figures, and prints `summary` or the figures.
+    fn finish<T: Serialize>(
+        &self,
+        (session, mut staging): (Session, Staging),
+        study: &'static str,
+        exhibit: &Exhibit<T>,
+        summary: &str,
+    ) -> Result<()> {
+        exhibit.write(&mut staging)?;
+        let file = StudyFile {
+            header: session.header(StudyFile::<T>::SCHEMA),
+            study,
+            seed: session.settings.seed,
+            objective: (&session.settings.objective).into(),
+            figures: &exhibit.data,
+        };
+        let text = json::text(&file)?;
+        staging.write(&format!("{study}.json"), &text)?;
+        let files = staging.publish()?;
+        if self.scene.json {
+            print::out(text)
+        } else {
+            print::out(format!("{summary}\n{}", print::written(&files)))
+        }
+    }
+}
