@@ -1,6 +1,6 @@
 //! Options that several subcommands share, and how they change the settings.
 
-use super::config::{CameraKey, First, Method, Settings, ViewSettings};
+use super::config::{CameraKey, First, Method, Pipeline, Settings, ViewSettings};
 use super::values::{Device, Lights, Size, Weights};
 use crate::Result;
 use crate::lighting::LightKind;
@@ -55,6 +55,9 @@ pub(super) struct TargetOptions {
     /// [default: auto]
     #[arg(long)]
     device: Option<Device>,
+    /// How a Vulkan device makes the pictures [default: auto]
+    #[arg(long, value_name = "PIPELINE")]
+    pipeline: Option<Pipeline>,
 }
 
 /// What is searched, and how.
@@ -141,6 +144,7 @@ impl TargetOptions {
         if let Some(device) = &self.device {
             settings.device = device.clone();
         }
+        settings.pipeline = self.pipeline.unwrap_or(settings.pipeline);
     }
 }
 

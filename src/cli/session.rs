@@ -119,7 +119,7 @@ impl Session {
         let loaded = Loaded::read(path)?;
         warn(&loaded.scene.warnings);
         let begin = Instant::now();
-        let device = device::open(&settings.device)?;
+        let device = device::open(&settings.device, settings.pipeline)?;
         let session = Self::on(&device, loaded, settings, begin)?;
         announce(&session.evaluator);
         Ok(session)
@@ -259,7 +259,7 @@ pub(super) fn evaluator(
     settings: &Settings,
     device: &Device,
 ) -> crate::Result<Engine> {
-    evaluator_on(&device::open(device)?, scene, view, settings)
+    evaluator_on(&device::open(device, settings.pipeline)?, scene, view, settings)
 }
 
 /// An evaluator on an open device.
@@ -285,7 +285,11 @@ fn evaluator_on(
 /// Says what computes.
 pub(super) fn announce(evaluator: &Engine) {
     let device = evaluator.device();
-    eprintln!("device: {} ({}, {})", device.name, device.kind, device.driver);
+    let pipeline = match evaluator {
+        Engine::Cpu(_) => String::new(),
+        Engine::Vulkan(gpu) => format!(", pipeline {}", gpu.pipeline()),
+    };
+    eprintln!("device: {} ({}, {}){pipeline}", device.name, device.kind, device.driver);
 }
 
 /// Time since `start`.

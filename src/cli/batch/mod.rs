@@ -107,7 +107,7 @@ struct Batch<'a> {
 impl Batch<'_> {
     /// Designs the items of these numbers, until the user has enough.
     fn design(&mut self, todo: &[usize], settings: &Settings) -> Result<()> {
-        let mut device = device::open(&settings.device)?;
+        let mut device = device::open(&settings.device, settings.pipeline)?;
         self.note()?;
         let interrupt = Interrupt::listen()?;
         let items = self.items;
@@ -130,7 +130,7 @@ impl Batch<'_> {
                         self.say(&format!("{}: {}", item.name, describe(&fault)));
                         self.record.failed(index, &fault);
                         if may_be_lost(&fault) {
-                            device = device::open(&settings.device)?;
+                            device = device::open(&settings.device, settings.pipeline)?;
                         }
                     }
                 }
