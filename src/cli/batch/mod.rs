@@ -22,8 +22,9 @@ use items::Item;
 use record::Record;
 use stamp::{FileStamp, Scores};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{self, SyncSender};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Find the best lights for many scenes
 ///
@@ -82,6 +83,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
         items: &items,
         bar: progress::bar(Some(items.len() as u64), TEMPLATE, options.json),
         begin,
+        noted: begin,
     };
     let todo: Vec<usize> = (0..items.len()).filter(|&index| scores[index].is_none()).collect();
     batch.bar.set_position((items.len() - todo.len()) as u64);
@@ -95,6 +97,9 @@ pub(super) fn run(options: &Options) -> Result<()> {
     batch.record.verdict()
 }
 
+/// Time between two writings of `batch.json`.
+const PAUSE: Duration = Duration::from_secs(1);
+
 /// A batch at work.
 struct Batch<'a> {
     out: &'a Path,
@@ -102,6 +107,23 @@ struct Batch<'a> {
     record: Record,
     bar: ProgressBar,
     begin: Instant,
+    /// When `batch.json` was last written.
+    noted: Instant,
+}
+
+/// A scene that waits for its design.
+#[derive(Clone)]
+struct Ready {
+    scene: Loaded,
+    /// Its files as they were when it was loaded.
+    files: Arc<[FileStamp]>,
+}
+
+impl Ready {
+    fn read(path: &Path) -> crate::Result<Self> {
+        let scene = Loaded::read(path)?;
+        Ok(Self { files: FileStamp::all(&scene.scene)?.into(), scene })
+    }
 }
 
 impl Batch<'_> {
@@ -123,7 +145,7 @@ impl Batch<'_> {
                 }
                 let item = &items[index];
                 let design = scene.map_err(anyhow::Error::from);
-                match design.and_then(|scene| self.one(item, scene, &device, &interrupt)) {
+                match design.and_then(|ready| self.one(item, ready, &device, &interrupt)) {
                     Ok(None) => break,
                     Ok(Some((scores, time))) => self.record.done(index, scores, time),
                     Err(fault) => {
@@ -135,7 +157,9 @@ impl Batch<'_> {
                     }
                 }
                 self.bar.inc(1);
-                self.note()?;
+                if self.noted.elapsed() > PAUSE {
+                    self.note()?;
+                }
             }
             Ok(())
         })
@@ -146,7 +170,7 @@ impl Batch<'_> {
     fn one(
         &mut self,
         item: &Item,
-        scene: Loaded,
+        Ready { scene, files }: Ready,
         device: &Opened,
         interrupt: &Interrupt,
     ) -> Result<Option<(Scores, f64)>> {
@@ -157,7 +181,6 @@ impl Batch<'_> {
         for warning in &scene.scene.warnings {
             self.say(&format!("{}: {warning}", item.name));
         }
-        let files = FileStamp::all(&scene.scene)?;
         let genome = item.settings.genome()?;
         let mut session = Session::on(device, scene, item.settings.clone(), begin)?;
         if self.record.device.is_none() {
@@ -189,6 +212,7 @@ impl Batch<'_> {
 
     /// Writes how the batch stands; gives the text of `batch.json`.
     fn note(&mut self) -> Result<String> {
+        self.noted = Instant::now();
         self.record.count(milliseconds(self.begin));
         self.record.write(self.out)
     }
@@ -201,19 +225,17 @@ fn may_be_lost(fault: &anyhow::Error) -> bool {
 
 /// Loads scenes in turn and hands each over. One that is asked for again at once is not loaded again.
 /// Ends early when nobody takes them any more.
-fn load_ahead<'a>(
-    paths: impl Iterator<Item = &'a Path>,
-    taker: &SyncSender<crate::Result<Loaded>>,
-) {
-    let mut last: Option<Loaded> = None;
+fn load_ahead<'a>(paths: impl Iterator<Item = &'a Path>, taker: &SyncSender<crate::Result<Ready>>) {
+    let mut last: Option<Ready> = None;
     for path in paths {
-        let again = last.take().filter(|loaded| loaded.scene.path == path);
-        let scene = match again {
-            Some(loaded) => Ok(Loaded { load: 0.0, ..loaded }),
-            None => Loaded::read(path),
-        };
-        last = scene.as_ref().ok().cloned();
-        if taker.send(scene).is_err() {
+        // What is of no more use goes before the next scene is read.
+        let mut again = last.take().filter(|ready| ready.scene.scene.path == path);
+        if let Some(ready) = &mut again {
+            ready.scene.load = 0.0;
+        }
+        let ready = again.map_or_else(|| Ready::read(path), Ok);
+        last = ready.as_ref().ok().cloned();
+        if taker.send(ready).is_err() {
             return;
         }
     }
@@ -222,7 +244,6 @@ fn load_ahead<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
 
     #[test]
     fn views_of_a_scene_share_it_and_a_fault_is_handed_over() {
@@ -232,7 +253,7 @@ mod tests {
         let (sender, scenes) = mpsc::sync_channel(0);
         let loaded: Vec<_> = std::thread::scope(|scope| {
             scope.spawn(move || load_ahead(paths.into_iter(), &sender));
-            scenes.iter().collect()
+            scenes.iter().map(|ready| ready.map(|ready| ready.scene)).collect()
         });
         let [Ok(first), Ok(second), Err(fault), Ok(third), Ok(last)] = &loaded[..] else {
             panic!("{} scenes", loaded.len());

@@ -137,12 +137,16 @@ impl Record {
             ]);
         }
         let Self { done, skipped, failed, waiting, designs_per_minute, .. } = self;
+        let rate = if *done > 0 {
+            format!(": {designs_per_minute:.1} designs a minute")
+        } else {
+            String::new()
+        };
         let waiting = if *waiting > 0 { format!(", {waiting} waiting") } else { String::new() };
         let reason = |row: &Row| Some(format!("  {}: {}\n", row.name, row.reason.as_ref()?));
         let reasons: String = self.items.iter().filter_map(reason).collect();
         format!(
-            "{table}\n\n{done} done, {skipped} skipped, {failed} failed{waiting} in {:.1} s: \
-             {designs_per_minute:.1} designs a minute\n{reasons}",
+            "{table}\n\n{done} done, {skipped} skipped, {failed} failed{waiting} in {:.1} s{rate}\n{reasons}",
             self.milliseconds / 1e3
         )
     }
