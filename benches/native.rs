@@ -1,6 +1,7 @@
 //! The native evaluator's hot loops: `cargo bench`.
 
 #[path = "../tests/support/shapes.rs"]
+#[allow(dead_code, reason = "every program uses its own part")]
 mod shapes;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
