@@ -1,12 +1,17 @@
-//! Accessors (glTF 2.0, 3.6.2), every bound checked before anything is read.
+//! Accessors (glTF 2.0, 3.6.2), every bound checked before anything is read. Buffers that lie in files
+//! are read accessor by accessor, so that a scene and its file are never in memory together.
 
 use super::Parsed;
+use super::files::{Buffer, FilePart};
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::buffer::View;
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
 use std::borrow::Cow;
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+use std::ops::Deref;
+use std::sync::Arc;
 
 /// Most vertices and indices that a file's meshes may read, each use counted. That a file may not
 /// read many times what its buffers hold bounds time and memory for those in which a few bytes
@@ -14,6 +19,13 @@ use std::cell::Cell;
 const MAX_ELEMENTS: u64 = 1 << 29;
 /// The same for each byte of its buffers, and without any.
 const ELEMENTS_OF_BYTES: (u64, u64) = (8, 1 << 22);
+
+/// Most bytes read from a file, for each that it has: a vertex's attributes may lie side by side, and
+/// each is read by itself.
+const READS_OF_BYTES: u64 = 16;
+
+/// Bytes that are read from a file together where only some of them are kept.
+const WINDOW: usize = 1 << 20;
 
 /// Components of attributes, KHR_mesh_quantization included.
 pub const NUMBERS: &[ComponentType] = &[
@@ -29,8 +41,32 @@ pub const INDICES: &[ComponentType] = &[ComponentType::U8, ComponentType::U16, C
 /// Reads the accessors of a file.
 pub struct Accessors<'a> {
     root: &'a Root,
-    buffers: &'a [Cow<'a, [u8]>],
+    buffers: &'a [Buffer],
+    /// Elements that may still be used.
     left: Cell<u64>,
+    /// Bytes that may still be read from files.
+    unread: Cell<u64>,
+    /// How many primitives use each accessor.
+    uses: Vec<u32>,
+    /// What has been read from files for several of them.
+    shared: RefCell<HashMap<usize, Arc<Vec<u8>>>>,
+}
+
+/// Bytes of elements.
+enum Bytes<'a> {
+    Borrowed(&'a [u8]),
+    Shared(Arc<Vec<u8>>),
+}
+
+impl Deref for Bytes<'_> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Self::Borrowed(bytes) => bytes,
+            Self::Shared(bytes) => bytes,
+        }
+    }
 }
 
 /// What a use of an accessor asks of it.
@@ -45,7 +81,7 @@ pub struct Wanted<'w> {
 
 /// The elements of an accessor.
 pub struct Elements<'a> {
-    bytes: Cow<'a, [u8]>,
+    bytes: Bytes<'a>,
     stride: usize,
     count: usize,
     width: usize,
@@ -55,10 +91,17 @@ pub struct Elements<'a> {
 
 impl<'a> Accessors<'a> {
     /// Accessors of a file whose buffers are `buffers`.
-    pub fn new(root: &'a Root, buffers: &'a [Cow<'a, [u8]>]) -> Self {
-        let bytes: u64 = buffers.iter().map(|buffer| buffer.len() as u64).sum();
+    pub fn new(root: &'a Root, buffers: &'a [Buffer]) -> Self {
+        let bytes: u64 = buffers.iter().map(Buffer::len).sum();
         let (each, least) = ELEMENTS_OF_BYTES;
-        Self { root, buffers, left: Cell::new(MAX_ELEMENTS.min(each * bytes + least)) }
+        Self {
+            root,
+            buffers,
+            left: Cell::new(MAX_ELEMENTS.min(each * bytes + least)),
+            unread: Cell::new(READS_OF_BYTES * bytes),
+            uses: uses(root),
+            shared: RefCell::default(),
+        }
     }
 
     /// Takes `count` elements off what may still be read.
@@ -92,50 +135,70 @@ impl<'a> Accessors<'a> {
         let size = width * component.size();
         let count = usize::try_from(accessor.count.0).map_err(|_| "its count is too great")?;
         let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
+        let shared = self.shared.borrow().get(&index.value()).cloned();
+        if let Some(bytes) = shared {
+            let bytes = Bytes::Shared(bytes);
+            let normalized = accessor.normalized || wanted.normalized;
+            return Ok(Elements { bytes, stride: size, count, width, component, normalized });
+        }
         let (mut bytes, mut stride) = match accessor.buffer_view {
-            Some(view) => {
-                let (bytes, stride) = self.slice(view, offset, count, size)?;
-                (Cow::Borrowed(bytes), stride)
-            }
+            Some(view) => self.slice(view, offset, count, size)?,
             // Zeros: the same ones for all elements.
-            None => (Cow::Borrowed(&[0; 64][..]), 0),
+            None => (Bytes::Borrowed(&[0; 64][..]), 0),
         };
         if let Some(sparse) = &accessor.sparse {
             self.charge(count)?;
-            bytes = Cow::Owned(tight(&bytes, stride, size, count)?);
+            let mut patched = tight(&bytes, stride, size, count)?;
+            self.patch(&mut patched, sparse, size).map_err(|fault| format!("sparse: {fault}"))?;
+            bytes = Bytes::Shared(patched.into());
             stride = size;
-            self.patch(bytes.to_mut(), sparse, size).map_err(|fault| format!("sparse: {fault}"))?;
+        }
+        if let Bytes::Shared(bytes) = &bytes
+            && self.uses.get(index.value()).is_some_and(|&uses| uses > 1)
+        {
+            self.shared.borrow_mut().insert(index.value(), bytes.clone());
         }
         let normalized = accessor.normalized || wanted.normalized;
         Ok(Elements { bytes, stride, count, width, component, normalized })
     }
 
-    /// The bytes of a view, beginning at `offset`, and its stride; all `count` elements lie within.
+    /// The elements of a view, beginning at `offset`, and their stride; all `count` lie within.
     fn slice(
         &self,
         view: Index<View>,
         offset: u64,
         count: usize,
         size: usize,
-    ) -> Parsed<(&'a [u8], usize)> {
-        let bytes = view_bytes(self.root, self.buffers, view)?;
+    ) -> Parsed<(Bytes<'a>, usize)> {
+        let (buffer, start, length) = place(self.root, self.buffers, view)?;
         let stride = self.root.get(view).and_then(|view| view.byte_stride).map_or(size, |s| s.0);
         if stride < size {
             return Err(format!("elements of {size} bytes overlap at a byteStride of {stride}"));
         }
-        let end = (count as u64)
+        let span = (count as u64)
             .checked_sub(1)
-            .map_or(Some(0), |last| last.checked_mul(stride as u64)?.checked_add(size as u64))
-            .and_then(|length| length.checked_add(offset));
-        if end.is_none_or(|end| end > bytes.len() as u64) {
+            .map_or(Some(0), |last| last.checked_mul(stride as u64)?.checked_add(size as u64));
+        let end = span.and_then(|span| span.checked_add(offset));
+        let (Some(span), Some(0..)) = (span, end.and_then(|end| length.checked_sub(end))) else {
             return Err(format!(
-                "{count} elements at byte {offset} do not fit in bufferViews[{}] of {} bytes",
+                "{count} elements at byte {offset} do not fit in bufferViews[{}] of {length} bytes",
                 view.value(),
-                bytes.len()
             ));
-        }
+        };
         // With no elements the offset may lie anywhere.
-        Ok((bytes.get(offset as usize..).unwrap_or_default(), stride))
+        let offset = start + if count == 0 { 0 } else { offset };
+        match buffer {
+            Buffer::Memory(bytes) => {
+                let bytes = &bytes[offset as usize..(offset + span) as usize];
+                Ok((Bytes::Borrowed(bytes), stride))
+            }
+            Buffer::File(part) => {
+                let unread = self.unread.get().checked_sub(span);
+                self.unread.set(unread.ok_or("the file's accessors overlap too often")?);
+                let bytes = tight_from_file(part, offset, stride, size, count)?;
+                Ok((Bytes::Shared(bytes.into()), size))
+            }
+        }
     }
 
     /// Replaces the elements of `bytes` that a sparse accessor gives.
@@ -153,14 +216,8 @@ impl<'a> Accessors<'a> {
         let at = &sparse.indices;
         let (indices, stride) =
             self.slice(at.buffer_view, at.byte_offset.0, count, component.size())?;
-        let indices = Elements {
-            bytes: Cow::Borrowed(indices),
-            stride,
-            count,
-            width: 1,
-            component,
-            normalized: false,
-        };
+        let indices =
+            Elements { bytes: indices, stride, count, width: 1, component, normalized: false };
         let at = &sparse.values;
         let (values, stride) = self.slice(at.buffer_view, at.byte_offset.0, count, size)?;
         for i in 0..count {
@@ -177,26 +234,79 @@ impl<'a> Accessors<'a> {
 /// The bytes of a buffer view.
 pub fn view_bytes<'a>(
     root: &Root,
-    buffers: &'a [Cow<'a, [u8]>],
+    buffers: &'a [Buffer],
     index: Index<View>,
-) -> Parsed<&'a [u8]> {
-    let view =
-        root.get(index).ok_or_else(|| format!("bufferViews[{}] is not there", index.value()))?;
-    let buffer = buffers.get(view.buffer.value()).map_or(&[][..], |buffer| &buffer[..]);
-    let offset = view.byte_offset.map_or(0, |offset| offset.0);
-    let end = offset.checked_add(view.byte_length.0).filter(|&end| end <= buffer.len() as u64);
-    let end = end.ok_or_else(|| {
-        format!(
-            "bufferViews[{}] lies outside buffers[{}] of {} bytes",
-            index.value(),
-            view.buffer.value(),
-            buffer.len()
-        )
-    })?;
-    Ok(&buffer[offset as usize..end as usize])
+) -> Parsed<Cow<'a, [u8]>> {
+    let (buffer, start, length) = place(root, buffers, index)?;
+    match buffer {
+        Buffer::Memory(bytes) => Ok(bytes[start as usize..(start + length) as usize].into()),
+        Buffer::File(part) => part.read(start, length).map(Cow::Owned),
+    }
 }
 
-/// Elements copied out of their stride.
+/// A buffer view's buffer, where it begins there and its length in bytes.
+fn place<'a>(
+    root: &Root,
+    buffers: &'a [Buffer],
+    index: Index<View>,
+) -> Parsed<(&'a Buffer, u64, u64)> {
+    let view =
+        root.get(index).ok_or_else(|| format!("bufferViews[{}] is not there", index.value()))?;
+    let number = view.buffer.value();
+    let buffer = buffers.get(number).ok_or_else(|| format!("buffers[{number}] is not there"))?;
+    let (offset, length) = (view.byte_offset.map_or(0, |offset| offset.0), view.byte_length.0);
+    let end = offset.checked_add(length).filter(|&end| end <= buffer.len());
+    end.ok_or_else(|| {
+        let (view, bytes) = (index.value(), buffer.len());
+        format!("bufferViews[{view}] lies outside buffers[{number}] of {bytes} bytes")
+    })?;
+    Ok((buffer, offset, length))
+}
+
+/// How many primitives use each accessor. Where skins or morph weights make several meshes of a
+/// primitive, each of its accessors counts as used more than once.
+fn uses(root: &Root) -> Vec<u32> {
+    let several = !root.skins.is_empty() || root.nodes.iter().any(|node| node.weights.is_some());
+    let mut uses = vec![u32::from(several); root.accessors.len()];
+    for primitive in root.meshes.iter().flat_map(|mesh| &mesh.primitives) {
+        let targets = primitive.targets.iter().flatten();
+        let moved = targets.flat_map(|target| [target.positions, target.normals, target.tangents]);
+        let used = primitive.attributes.values().copied().chain(primitive.indices);
+        for index in used.chain(moved.flatten()) {
+            if let Some(uses) = uses.get_mut(index.value()) {
+                *uses += 1;
+            }
+        }
+    }
+    uses
+}
+
+/// Elements of a file copied out of their stride.
+fn tight_from_file(
+    part: &FilePart,
+    offset: u64,
+    stride: usize,
+    size: usize,
+    count: usize,
+) -> Parsed<Vec<u8>> {
+    if stride == size {
+        return part.read(offset, count as u64 * size as u64);
+    }
+    let mut tight = Vec::with_capacity(count * size);
+    let together = WINDOW.div_ceil(stride);
+    let mut window = vec![0; together * stride];
+    for first in (0..count).step_by(together) {
+        let number = together.min(count - first);
+        let window = &mut window[..(number - 1) * stride + size];
+        part.fill(offset + first as u64 * stride as u64, window)?;
+        for element in window.chunks(stride) {
+            tight.extend_from_slice(&element[..size]);
+        }
+    }
+    Ok(tight)
+}
+
+/// Elements in memory copied out of their stride.
 fn tight(bytes: &[u8], stride: usize, size: usize, count: usize) -> Parsed<Vec<u8>> {
     let length = count.checked_mul(size).ok_or("its count is too great")?;
     let mut tight = Vec::with_capacity(length);

@@ -5,7 +5,9 @@ use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use std::borrow::Cow;
-use std::io::Read;
+use std::fs::File;
+use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::Path;
 
 /// Most bytes that a scene's files may have together.
@@ -19,68 +21,159 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 
 /// The whole of a regular file of at most `limit` bytes.
 pub fn read(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
-    let reason = |error: std::io::Error| match error.kind() {
-        std::io::ErrorKind::NotFound => "file not found".to_owned(),
-        _ => format!("cannot be read: {error}"),
-    };
-    // Looked at before it is opened: opening a pipe would wait for its other end.
-    let metadata = std::fs::metadata(path).map_err(reason)?;
-    if metadata.is_dir() {
-        return Err("is a directory, not a file".into());
-    }
-    if !metadata.is_file() {
-        return Err("is not a regular file".into());
-    }
-    if metadata.len() > limit {
-        return Err(format!("has {} bytes, more than klieg reads ({limit})", metadata.len()));
-    }
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(limit).read_to_end(&mut bytes))
-        .map_err(reason)?;
-    Ok(bytes)
+    let part = FilePart::open(path, limit)?;
+    part.read(0, part.length)
 }
 
-/// The JSON of a `.gltf` or `.glb` file, told apart by content, and the GLB's binary chunk.
+/// Bytes of a file that are read as they are needed.
+#[derive(Debug)]
+pub struct FilePart {
+    file: File,
+    start: u64,
+    length: u64,
+}
+
+impl FilePart {
+    /// All of a regular file of at most `limit` bytes.
+    pub fn open(path: &Path, limit: u64) -> Parsed<Self> {
+        // Looked at before it is opened: opening a pipe would wait for its other end.
+        let metadata = std::fs::metadata(path).map_err(reason)?;
+        if metadata.is_dir() {
+            return Err("is a directory, not a file".into());
+        }
+        if !metadata.is_file() {
+            return Err("is not a regular file".into());
+        }
+        let length = metadata.len();
+        if length > limit {
+            return Err(format!("has {length} bytes, more than klieg reads ({limit})"));
+        }
+        Ok(Self { file: File::open(path).map_err(reason)?, start: 0, length })
+    }
+
+    /// Number of bytes.
+    pub fn len(&self) -> u64 {
+        self.length
+    }
+
+    /// `length` bytes from `offset` on.
+    pub fn read(&self, offset: u64, length: u64) -> Parsed<Vec<u8>> {
+        let mut bytes = vec![0; usize::try_from(length).map_err(|_| "is too large")?];
+        self.fill(offset, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Reads the bytes from `offset` on into `bytes`.
+    pub fn fill(&self, offset: u64, bytes: &mut [u8]) -> Parsed<()> {
+        let mut file = &self.file;
+        file.seek(SeekFrom::Start(self.start + offset))
+            .and_then(|_| file.read_exact(bytes))
+            .map_err(reason)
+    }
+}
+
+fn reason(error: std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "file not found".to_owned(),
+        std::io::ErrorKind::UnexpectedEof => "became shorter while it was read".to_owned(),
+        _ => format!("cannot be read: {error}"),
+    }
+}
+
+/// The content of a buffer.
+#[derive(Debug)]
+pub enum Buffer {
+    /// In memory.
+    Memory(Vec<u8>),
+    /// In a file.
+    File(FilePart),
+}
+
+impl Buffer {
+    /// Number of bytes.
+    pub fn len(&self) -> u64 {
+        match self {
+            Self::Memory(bytes) => bytes.len() as u64,
+            Self::File(part) => part.len(),
+        }
+    }
+}
+
+/// The JSON of a `.gltf` or `.glb` file, told apart by content, and the GLB's binary chunk, which
+/// stays in the file.
+pub fn open(path: &Path) -> Parsed<(Vec<u8>, Option<FilePart>)> {
+    let file = FilePart::open(path, MAX_BYTES)?;
+    let (json, bin) = places(&mut BufReader::new(&file.file), file.length)?;
+    let json = file.read(json.start, json.end - json.start)?;
+    let bin = bin.map(|bin| FilePart { start: bin.start, length: bin.end - bin.start, ..file });
+    Ok((json, bin))
+}
+
+/// The same of a file that is in memory.
 pub fn split(data: &[u8]) -> Parsed<(&[u8], Option<&[u8]>)> {
-    if data.is_empty() {
-        return Err("is empty".into());
+    let (json, bin) = places(&mut Cursor::new(data), data.len() as u64)?;
+    let slice = |range: Range<u64>| &data[range.start as usize..range.end as usize];
+    Ok((slice(json), bin.map(slice)))
+}
+
+/// Where the JSON and the binary chunk lie in a source of `length` bytes.
+fn places(
+    source: &mut (impl Read + Seek),
+    length: u64,
+) -> Parsed<(Range<u64>, Option<Range<u64>>)> {
+    let mut head = Vec::new();
+    source.take(4).read_to_end(&mut head).map_err(reason)?;
+    match &head[..] {
+        [] => return Err("is empty".into()),
+        b"glTF" => return glb_places(source, length),
+        _ => {}
     }
-    if data.starts_with(b"glTF") {
-        return split_glb(data);
-    }
-    let json = data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(data);
-    match json.iter().find(|byte| !byte.is_ascii_whitespace()) {
-        Some(b'{') => Ok((json, None)),
+    let mark = if head.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+    source.seek(SeekFrom::Start(mark)).map_err(reason)?;
+    let mut byte = [b' '];
+    while byte[0].is_ascii_whitespace() && source.read(&mut byte).map_err(reason)? == 1 {}
+    match byte[0] {
+        b'{' => Ok((mark..length, None)),
         _ => Err("is not glTF: it begins neither with the GLB magic nor as JSON".into()),
     }
 }
 
-fn split_glb(data: &[u8]) -> Parsed<(&[u8], Option<&[u8]>)> {
-    let word = |at: usize| {
-        let bytes = data.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
-        bytes.map(u32::from_le_bytes).ok_or("is truncated within the GLB header")
+fn glb_places(
+    source: &mut (impl Read + Seek),
+    available: u64,
+) -> Parsed<(Range<u64>, Option<Range<u64>>)> {
+    if available < 12 {
+        return Err("is truncated within the GLB header".into());
+    }
+    let mut word = || {
+        let mut bytes = [0; 4];
+        source.read_exact(&mut bytes).map_err(reason).map(|()| u32::from_le_bytes(bytes))
     };
-    let (version, length) = (word(4)?, word(8)? as usize);
+    let (version, length) = (word()?, u64::from(word()?));
     if version != 2 {
         return Err(format!("is GLB version {version}; klieg reads version 2"));
     }
-    if length > data.len() {
-        return Err(format!("is truncated: {} of {length} bytes are there", data.len()));
+    if length > available {
+        return Err(format!("is truncated: {available} of {length} bytes are there"));
     }
     let (mut json, mut bin, mut at) = (None, None, 12);
     while at + 8 <= length {
-        let (size, kind) = (word(at)? as usize, word(at + 4)?);
-        let chunk = (at + 8).checked_add(size).and_then(|end| data[..length].get(at + 8..end));
-        let Some(chunk) = chunk else {
+        let mut head = [0; 8];
+        source.read_exact(&mut head).map_err(reason)?;
+        let [a, b, c, d, kind @ ..] = head;
+        let size = u64::from(u32::from_le_bytes([a, b, c, d]));
+        let chunk = at + 8..at + 8 + size;
+        if chunk.end > length {
             return Err(format!("is truncated within the GLB chunk at byte {at}"));
-        };
-        match &kind.to_le_bytes() {
+        }
+        match &kind {
             b"JSON" if json.is_none() => json = Some(chunk),
             b"BIN\0" if json.is_some() && bin.is_none() => bin = Some(chunk),
             _ => {}
         }
-        at += 8 + size.next_multiple_of(4);
+        let size = size.next_multiple_of(4);
+        source.seek_relative(size as i64).map_err(reason)?;
+        at += 8 + size;
     }
     Ok((json.ok_or("is a GLB file without a JSON chunk")?, bin))
 }
@@ -92,16 +185,28 @@ pub struct Resources<'a> {
 }
 
 impl<'a> Resources<'a> {
-    /// Resources of the file at `path`, of which `used` bytes are already in memory.
-    pub fn new(path: &'a Path, used: usize) -> Self {
+    /// Resources of the file at `path`, of which `used` bytes are taken already.
+    pub fn new(path: &'a Path, used: u64) -> Self {
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self { folder, left: MAX_BYTES.saturating_sub(used as u64) }
+        Self { folder, left: MAX_BYTES.saturating_sub(used) }
     }
 
     /// What a URI names: base64 data or a file relative to the scene's.
     pub fn fetch(&mut self, uri: &str) -> Parsed<Vec<u8>> {
+        match self.open(uri)? {
+            Buffer::Memory(bytes) => Ok(bytes),
+            Buffer::File(part) => {
+                part.read(0, part.len()).map_err(|fault| format!("{}: {fault}", quoted(uri)))
+            }
+        }
+    }
+
+    /// The same, a file being opened but not read.
+    pub fn open(&mut self, uri: &str) -> Parsed<Buffer> {
         let data = match uri.split_once(':') {
-            Some((scheme, rest)) if scheme.eq_ignore_ascii_case("data") => data_uri(rest)?,
+            Some((scheme, rest)) if scheme.eq_ignore_ascii_case("data") => {
+                Buffer::Memory(data_uri(rest)?)
+            }
             Some((scheme, _)) if is_scheme(scheme) => {
                 return Err(format!(
                     "{} is not a relative path: klieg reads no '{}:' URIs",
@@ -114,11 +219,11 @@ impl<'a> Resources<'a> {
                 if relative.is_empty() || relative.starts_with('/') {
                     return Err(format!("{} is not a relative path", quoted(uri)));
                 }
-                let path = self.folder.join(relative);
-                read(&path, self.left).map_err(|fault| format!("{}: {fault}", quoted(uri)))?
+                let part = FilePart::open(&self.folder.join(relative), self.left);
+                Buffer::File(part.map_err(|fault| format!("{}: {fault}", quoted(uri)))?)
             }
         };
-        self.left = self.left.saturating_sub(data.len() as u64);
+        self.left = self.left.saturating_sub(data.len());
         Ok(data)
     }
 }

@@ -47,8 +47,12 @@ pub fn build(
     };
     let deformer =
         Deformer::open(accessors, primitive, pose, source.positions.count(), from.len())?;
-    let vertices = from.par_iter().map(|&at| source.vertex(at as usize, &deformer));
-    let vertices = vertices.collect::<Parsed<_>>()?;
+    // Collecting would hold the vertices twice.
+    let mut vertices: Vec<Vertex> = bytemuck::zeroed_vec(from.len());
+    vertices.par_iter_mut().zip(from).try_for_each(|(vertex, at)| {
+        *vertex = source.vertex(at as usize, &deformer)?;
+        Parsed::Ok(())
+    })?;
     let mut mesh = Mesh { vertices, indices, ..Mesh::default() };
     repair_normals(&mut mesh);
     match normal_uv {

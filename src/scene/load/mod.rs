@@ -19,7 +19,7 @@ use super::{Instance, Material, Scene, camera};
 use crate::{Error, Result};
 use accessor::Accessors;
 use document::Document;
-use files::{MAX_BYTES, Resources};
+use files::{Buffer, FilePart, Resources};
 use glam::DMat4;
 use gltf::json::Root;
 use gltf::json::extras::RawValue;
@@ -27,7 +27,6 @@ use material::{DEFAULT, Materials};
 use nodes::Nodes;
 use pose::Pose;
 use serde_json::Value;
-use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -50,19 +49,20 @@ const MAX_WARNINGS: usize = 100;
 /// [`Error::Input`] names the file and its fault.
 pub fn load(path: &Path) -> Result<Scene> {
     let fault = |fault| Error::input(path, fault);
-    let data = files::read(path, MAX_BYTES).map_err(fault)?;
-    let mut scene = parse(path, &data).map_err(fault)?;
+    let mut scene = parse(path).map_err(fault)?;
     scene.path = path.to_owned();
     // Says whether there is any extent to look at.
     super::view::bounds(&scene)?;
     Ok(scene)
 }
 
-fn parse(path: &Path, data: &[u8]) -> Parsed<Scene> {
+fn parse(path: &Path) -> Parsed<Scene> {
     let mut warnings = Vec::new();
-    let (json, bin) = files::split(data)?;
-    let document = document::parse(json, &mut warnings)?;
-    let mut resources = Resources::new(path, data.len());
+    let (json, bin) = files::open(path)?;
+    let document = document::parse(&json, &mut warnings)?;
+    let used = json.len() as u64 + bin.as_ref().map_or(0, FilePart::len);
+    drop(json);
+    let mut resources = Resources::new(path, used);
     let buffers = buffers(&document.root, bin, &mut resources)?;
     let nodes = nodes::place(&document)?;
     let accessors = Accessors::new(&document.root, &buffers);
@@ -78,30 +78,32 @@ fn parse(path: &Path, data: &[u8]) -> Parsed<Scene> {
     Ok(scene)
 }
 
-/// The bytes of all buffers.
-fn buffers<'a>(
+/// All buffers.
+fn buffers(
     root: &Root,
-    bin: Option<&'a [u8]>,
+    mut bin: Option<FilePart>,
     resources: &mut Resources,
-) -> Parsed<Vec<Cow<'a, [u8]>>> {
-    let read = |(index, buffer): (usize, &gltf::json::Buffer)| {
-        let bytes = match (&buffer.uri, bin) {
-            (Some(uri), _) => resources.fetch(uri).map(Cow::Owned),
-            (None, Some(bin)) if index == 0 => Ok(Cow::Borrowed(bin)),
-            _ => Err("it has neither a URI nor a GLB chunk".into()),
+) -> Parsed<Vec<Buffer>> {
+    let mut open = |(index, buffer): (usize, &gltf::json::Buffer)| {
+        let content = match (&buffer.uri, index) {
+            (Some(uri), _) => resources.open(uri).map(Some),
+            (None, 0) => Ok(bin.take().map(Buffer::File)),
+            _ => Ok(None),
         };
-        let bytes = bytes.map_err(|fault| format!("buffers[{index}]: {fault}"))?;
-        match (bytes.len() as u64).cmp(&buffer.byte_length.0) {
+        let missing = || "it has neither a URI nor a GLB chunk".to_owned();
+        let content = content.and_then(|content| content.ok_or_else(missing));
+        let content = content.map_err(|fault| format!("buffers[{index}]: {fault}"))?;
+        match content.len().cmp(&buffer.byte_length.0) {
             std::cmp::Ordering::Less => Err(format!(
                 "buffers[{index}]{} has {} of its {} bytes",
                 buffer.uri.as_deref().map_or(String::new(), |uri| format!(" {}", quoted(uri))),
-                bytes.len(),
+                content.len(),
                 buffer.byte_length.0
             )),
-            _ => Ok(bytes),
+            _ => Ok(content),
         }
     };
-    root.buffers.iter().enumerate().map(read).collect()
+    root.buffers.iter().enumerate().map(&mut open).collect()
 }
 
 /// What tells the meshes made from one glTF mesh apart: its morph weights, as bits, and the node

@@ -1,7 +1,7 @@
 //! Images and their mip chains.
 
 use super::accessor::view_bytes;
-use super::files::Resources;
+use super::files::{Buffer, Resources};
 use super::{Parsed, label, quoted};
 use crate::lighting::shading::{srgb_decode, srgb_encode};
 use crate::scene::{Texture, TextureLevel, Wrap};
@@ -33,7 +33,7 @@ pub struct Key {
 /// Decodes what `keys` name, each image once, and builds the mip chains.
 pub fn load(
     root: &Root,
-    buffers: &[Cow<[u8]>],
+    buffers: &[Buffer],
     resources: &mut Resources,
     keys: &[Key],
 ) -> Parsed<Vec<Texture>> {
@@ -80,13 +80,13 @@ fn image_label(root: &Root, image: usize) -> String {
 /// An image's PNG or JPEG.
 fn encoded<'a>(
     root: &Root,
-    buffers: &'a [Cow<[u8]>],
+    buffers: &'a [Buffer],
     resources: &mut Resources,
     image: usize,
 ) -> Parsed<Cow<'a, [u8]>> {
     let image = &root.images[image];
     match (&image.uri, image.buffer_view) {
-        (_, Some(view)) => view_bytes(root, buffers, view).map(Cow::Borrowed),
+        (_, Some(view)) => view_bytes(root, buffers, view),
         (Some(uri), None) => resources.fetch(uri).map(Cow::Owned),
         (None, None) => Err("it has neither a URI nor a buffer view".into()),
     }
