@@ -6,31 +6,32 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 0) const uint GROUP = 128; // a power of two, at least BINS
-layout(constant_id = 1) const uint HISTOGRAM_ROWS = 128;
-layout(constant_id = 2) const uint ROWS = 32;
-layout(constant_id = 3) const uint BINS = 32;
-const uint WORDS = BINS / 4;
+layout(constant_id = 1) const uint BINS = 32;
+layout(constant_id = 2) const uint BITS = 8; // of a bin of a partial histogram, 8 or 16
+const uint PACKED = 32 / BITS; // bins in a word
+const uint WORDS = BINS / PACKED;
 const float FLAT_NORMALS = 1e-6;
 
-shared uint bins[GROUP * 4];
+shared uint bins[GROUP * PACKED];
 shared float disorder[GROUP]; // -p ln p
 shared Moments moments[GROUP];
 shared Gradient gradients[GROUP];
 
-uint strips(uint rows) {
-    return (parameters.size.y + rows - 1) / rows;
-}
-
-// Counts of four bins of every WORDS-th entry.
+// Counts of the bins of a word of every so many entries.
 void gather_histogram(uint individual, uint lane) {
-    uint entries = strips(HISTOGRAM_ROWS) * parameters.size.x;
-    uvec4 counts = uvec4(0);
+    uint entries = chunk.histogram_entries;
+    uint counts[PACKED];
+    for (uint k = 0; k < PACKED; ++k) {
+        counts[k] = 0;
+    }
     for (uint e = lane / WORDS; e < entries; e += GROUP / WORDS) {
         uint word = histogram_parts[(individual * entries + e) * WORDS + lane % WORDS];
-        counts += (uvec4(word) >> uvec4(0, 8, 16, 24)) & 255u;
+        for (uint k = 0; k < PACKED; ++k) {
+            counts[k] += bitfieldExtract(word, int(k * BITS), int(BITS));
+        }
     }
-    for (uint k = 0; k < 4; ++k) {
-        bins[lane * 4 + k] = counts[k];
+    for (uint k = 0; k < PACKED; ++k) {
+        bins[lane * PACKED + k] = counts[k];
     }
 }
 
@@ -45,7 +46,7 @@ Moments combine(Moments a, Moments b) {
 }
 
 void gather_sums(uint individual, uint lane) {
-    uint entries = strips(ROWS) * parameters.size.x;
+    uint entries = chunk.entries;
     Moments moment = Moments(0, 0.0, 0.0);
     Gradient gradient = Gradient(0.0, 0.0);
     for (uint e = lane; e < entries; e += GROUP) {

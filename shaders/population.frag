@@ -3,12 +3,8 @@
 // cpu::population.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
-#include "shading.glsl"
-
-layout(constant_id = 0) const uint LIGHTS = 1;
-
-layout(location = 0) flat in vec4 places[16];
-layout(location = 16) flat in vec4 strengths[8];
+#define RIG_LOCATION 0
+#include "rig.glsl"
 
 layout(location = 0) out float picture;
 
@@ -19,14 +15,7 @@ void main() {
     if (looks.z > 0.0) {
         vec4 place = texelFetch(surface_0, pixel, 0);
         vec4 facing = texelFetch(surface_1, pixel, 0);
-        vec3 p = place.xyz;
-        vec3 n = facing.xyz;
-        vec3 v = parameters.orthographic != 0 ? vec3(0.0, 0.0, 1.0) : normalize(parameters.eye - p);
-        vec2 response = vec2(0.0);
-        for (uint i = 0; i < LIGHTS; ++i) {
-            vec2 strength = (i & 1) == 0 ? strengths[i / 2].xy : strengths[i / 2].zw;
-            response += light_response(places[i], strength, p, n, v, place.w);
-        }
-        picture = srgb_encode(looks.y + response.x * facing.w + response.y * looks.x);
+        vec3 v = to_viewer(place.xyz);
+        picture = lit(place.xyz, facing.xyz, v, Reflectance(facing.w, looks.x, place.w, looks.y));
     }
 }

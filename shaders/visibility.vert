@@ -2,33 +2,8 @@
 // Visibility, first half: brings the vertices of an instance into the light frame.
 // Twin: src/cpu/visibility.rs.
 #extension GL_GOOGLE_include_directive : require
-#include "visibility.glsl"
-
-layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec3 in_normal;
-layout(location = 2) in vec4 in_tangent;
-layout(location = 3) in vec4 in_uv;
-layout(location = 4) in vec4 in_color;
-
-layout(location = 0) out vec3 position;
-layout(location = 1) out vec3 normal;
-layout(location = 2) out vec4 tangent;
-layout(location = 3) out vec4 uv;
-layout(location = 4) out vec4 color;
-layout(location = 5) flat out uint instance;
+#include "vertex.glsl"
 
 void main() {
-    InstanceRecord record = instances[gl_InstanceIndex];
-    // Summed column by column as the CPU twin does: the depth test hangs on the last bit.
-    mat4 m = record.frame_from_mesh;
-    precise vec4 p = m[0] * in_position.x + m[1] * in_position.y + m[2] * in_position.z + m[3];
-    precise vec4 clip = clip_from_frame[0] * p.x + clip_from_frame[1] * p.y
-        + clip_from_frame[2] * p.z + clip_from_frame[3];
-    gl_Position = clip;
-    position = p.xyz;
-    normal = unit_or(record.normal_from_mesh * in_normal, vec3(0.0));
-    tangent = vec4(unit_or(mat3(m) * in_tangent.xyz, vec3(0.0)), in_tangent.w);
-    uv = in_uv;
-    color = in_color;
-    instance = gl_InstanceIndex;
+    place(gl_InstanceIndex);
 }

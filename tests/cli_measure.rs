@@ -102,6 +102,10 @@ fn the_list_of_devices_ends_with_the_native_evaluator() {
     let native = &devices[devices.len() - 1];
     assert_eq!(native["type"], "cpu");
     assert!(listing["auto"].as_u64().unwrap() < devices.len() as u64);
+    for device in &devices[..devices.len() - 1] {
+        assert_eq!(device["pipeline"], "compute");
+        assert!(!device["pipeline_reason"].as_str().unwrap().is_empty());
+    }
     let text = place.klieg(&["devices"]).assert().success();
     let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
     for device in devices {
@@ -131,4 +135,29 @@ fn a_benchmark_has_a_row_for_each_combination() {
         place.klieg(&["bench", "ball.gltf", "--size", "16x16", "--runs", "2"]).assert().success();
     let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
     assert!(text.contains("median ms") && text.contains("16x16"), "{text}");
+}
+
+#[test]
+fn every_pipeline_gives_the_same_score() {
+    let place = Folder::new();
+    let score = |more: &[&str]| {
+        let arguments = ["score", "ball.gltf", "--preset", "headlight", "--size", "40x30"];
+        json_of(&place, &[&arguments[..], &["--device", "vulkan"], more].concat())["score"]
+            .as_f64()
+            .unwrap()
+    };
+    let expected = score(&[]);
+    for pipeline in ["auto", "layered", "forward", "compute"] {
+        assert!((score(&["--pipeline", pipeline]) - expected).abs() < 1e-4, "{pipeline}");
+    }
+    std::fs::write(place.path("layered.toml"), "pipeline = \"layered\"").unwrap();
+    for (more, said) in [(&[][..], "pipeline layered"), (&["--pipeline", "compute"], "compute")] {
+        let arguments = ["score", "ball.gltf", "--preset", "headlight", "--config", "layered.toml"];
+        let arguments = [&arguments[..], &["--size", "40x30", "--device", "vulkan"], more].concat();
+        let run = place.klieg(&arguments).assert().success();
+        let log = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+        assert!(log.contains(said), "{log}");
+    }
+    let unknown = ["score", "ball.gltf", "--preset", "headlight", "--pipeline", "none"];
+    place.klieg(&unknown).assert().code(2);
 }

@@ -1,8 +1,8 @@
 //! The blocks that the shaders declare against the structs that the host writes, by reflection.
 
 use klieg::gpu::layout::{
-    Camera, Detail, GradientPart, InstanceRecord, MaterialRecord, MomentPart, Parameters,
-    TextureUse, ViewStatistics,
+    Camera, Chunk, Detail, GradientPart, InstanceRecord, MaterialRecord, MomentPart, Parameters,
+    Taps, TextureUse, Tile, ViewStatistics,
 };
 use klieg::gpu::shaders;
 use klieg::lighting::LightRecord;
@@ -60,7 +60,20 @@ fn hosts() -> BTreeMap<&'static str, Host> {
             "ViewStatistics",
             host!(ViewStatistics { surface, edge, normal_detail, background_depth }),
         ),
-        ("Camera", host!(Camera { clip_from_frame, eye })),
+        ("Chunk", host!(Chunk { first, histogram_entries, entries, block, light })),
+        ("Tile", host!(Tile { column, row, origin })),
+        ("Taps", host!(Taps { up, down, present, kind })),
+        (
+            "Camera",
+            host!(Camera {
+                clip_from_frame,
+                eye,
+                shading,
+                first_light,
+                first_instance,
+                instances_of_picture,
+            }),
+        ),
         (
             "InstanceRecord",
             host!(InstanceRecord {

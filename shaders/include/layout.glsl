@@ -5,6 +5,8 @@
 
 #extension GL_EXT_samplerless_texture_functions : require
 
+#include "light.glsl"
+
 // Pixel types.
 const uint BACKGROUND = 0u;
 const uint SURFACE = 1u;
@@ -29,6 +31,16 @@ layout(set = 0, binding = 0, std140) uniform Parameters {
     float weight_hist;
     float padding_end;
 } parameters;
+
+// Unit vector to the viewer.
+vec3 to_viewer(vec3 p) {
+    return parameters.orthographic != 0 ? vec3(0.0, 0.0, 1.0) : normalize(parameters.eye - p);
+}
+
+// Of the shading model: ambient, dielectric, max_shininess.
+vec3 shading_constants() {
+    return vec3(parameters.ambient, parameters.dielectric, parameters.max_shininess);
+}
 
 // The visible surface, as the visibility draw wrote it.
 layout(set = 0, binding = 1) uniform utexture2D code_map;
@@ -63,18 +75,11 @@ layout(set = 0, binding = 16, std430) buffer ViewStatistics {
 layout(set = 0, binding = 17) uniform texture2DArray pictures;
 const float NO_OBJECT = -1.0;
 
-struct Light {
-    vec3 position; // of a point light, or the unit direction towards a directional one
-    float radius2; // R * R of a point light; 0 marks a directional one
-    float diffuse;
-    float specular;
-    vec2 padding;
-};
 layout(set = 0, binding = 18, std430) readonly buffer Lights {
     Light lights[];
 };
 
-// Partial results, one for each column of each strip of rows of each picture.
+// Partial results, so many of each picture as the chunk says.
 struct Moments {
     uint count; // object pixels
     float mean;
@@ -85,7 +90,7 @@ struct Gradient {
     float edge; // sum over EDGE of min(1, |grad I| / edge_contrast)
 };
 layout(set = 0, binding = 19, std430) buffer HistogramParts {
-    uint histogram_parts[]; // BINS / 4 words, a byte for each bin
+    uint histogram_parts[]; // a byte, or in tiles 16 bits, for each bin
 };
 layout(set = 0, binding = 20, std430) buffer MomentParts {
     Moments moment_parts[];
@@ -113,9 +118,13 @@ layout(set = 0, binding = 23, std430) writeonly buffer Details {
     Detail details[];
 };
 
-// The chunk's first individual, where a population takes several draws.
+// The part of a population that is measured at once.
 layout(push_constant) uniform Chunk {
-    uint first;
+    uint first; // its first individual
+    uint histogram_entries; // partial histograms of each picture
+    uint entries; // partial moments and gradients of each picture
+    uint block; // of individuals, within the chunk
+    uint light; // the block's first light, within the window of lights
 } chunk;
 
 #endif

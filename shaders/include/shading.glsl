@@ -26,10 +26,29 @@ vec2 light_response(vec4 place, vec2 strength, vec3 p, vec3 n, vec3 v, float shi
         falloff = place.w * inverse2;
     }
     float n_l = dot(n, l);
-    vec3 h = l + v;
-    float n_h = max(dot(n, h) * inversesqrt(max(dot(h, h), 1e-20)), 0.0);
-    vec2 response = falloff * n_l * strength * vec2(1.0, pow(n_h, shininess));
+    // (n . h)^2 of the unit half vector, without it: |l + v|^2 = 2 + 2 l . v.
+    float along = max(n_l + dot(n, v), 0.0);
+    float n_h2 = min(along * along / max(2.0 + 2.0 * dot(l, v), 1e-20), 1.0);
+    vec2 response = falloff * n_l * strength * vec2(1.0, pow(n_h2, 0.5 * shininess));
     return n_l > 0.0 ? response : vec2(0.0);
+}
+
+struct Reflectance {
+    float diffuse; // luminances
+    float specular; // with its normalisation
+    float shininess;
+    float unlit;
+};
+
+// Of glTF metallic-roughness (glTF 2.0 specification, appendix B), as Shading::reflectance of the
+// twin simplifies it.
+Reflectance reflectance(vec3 base, float metallic, float roughness, vec3 emissive, vec3 constants) {
+    float alpha = roughness * roughness;
+    // At roughness 0 the quotient would not be finite.
+    float shininess = clamp(2.0 / max(alpha * alpha, 1e-30) - 2.0, 1.0, constants.z);
+    vec3 specular = mix(vec3(constants.y), base, metallic) * ((shininess + 8.0) / 8.0);
+    return Reflectance(luminance(base * (1.0 - metallic)), luminance(specular), shininess,
+        luminance(base * constants.x + emissive));
 }
 
 #endif

@@ -34,6 +34,11 @@ layout(set = 0, binding = 1, std430) readonly buffer Materials { MaterialRecord 
 layout(push_constant) uniform Camera {
     mat4 clip_from_frame;
     vec4 eye;               // w: 1 where all view rays are parallel
+    // For populations alone.
+    vec3 shading;           // ambient, dielectric, max_shininess
+    uint first_light;
+    uint first_instance;    // of a draw
+    uint instances_of_picture; // of a draw
 };
 
 // v at unit length, or `other` where v has none.

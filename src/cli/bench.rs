@@ -1,6 +1,6 @@
 //! `klieg bench`: how long a generation takes.
 
-use super::config::Settings;
+use super::config::{Pipeline, Settings};
 use super::options::{Kind, SceneOptions};
 use super::session::{self, Engine, SIZE, milliseconds};
 use super::values::{Device, Lights, Size};
@@ -43,6 +43,9 @@ pub(super) struct Options {
     /// A device; may be given again [default: cpu and, where there is one, vulkan]
     #[arg(long)]
     device: Vec<Device>,
+    /// How Vulkan devices make the pictures [default: auto]
+    #[arg(long)]
+    pipeline: Option<Pipeline>,
     /// Measured generations
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -104,6 +107,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
             let mut settings = settings.clone();
             settings.view.size = Some(*size);
             settings.device = device.clone();
+            settings.pipeline = options.pipeline.unwrap_or(settings.pipeline);
             rows.extend(measure(options, &scene, &settings, &work)?);
         }
     }

@@ -3,6 +3,7 @@
 
 use super::values::{Device, Lights, Size};
 use crate::error::within;
+use crate::gpu::PipelineKind;
 use crate::lighting::LightKind;
 use crate::lighting::genome::Boxes;
 use crate::lighting::shading::Shading;
@@ -22,6 +23,8 @@ pub struct Settings {
     pub seed: u64,
     /// What computes.
     pub device: Device,
+    /// How Vulkan devices make the pictures.
+    pub pipeline: Pipeline,
     /// Picture and camera.
     pub view: ViewSettings,
     /// The lights that are searched.
@@ -40,6 +43,33 @@ pub struct Settings {
     pub search: GeneticSettings,
     /// The greedy descent.
     pub greedy: GreedySettings,
+}
+
+/// How Vulkan devices make the pictures of a population.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Pipeline {
+    /// The fastest for the device
+    #[default]
+    Auto,
+    /// One batched draw that shades the stored surface
+    Layered,
+    /// One batched draw of the scene's geometry
+    Forward,
+    /// Compute shaders over the object's pixels
+    Compute,
+}
+
+impl Pipeline {
+    /// What is asked for; nothing where the device decides.
+    pub fn kind(self) -> Option<PipelineKind> {
+        match self {
+            Self::Auto => None,
+            Self::Layered => Some(PipelineKind::Layered),
+            Self::Forward => Some(PipelineKind::Forward),
+            Self::Compute => Some(PipelineKind::Compute),
+        }
+    }
 }
 
 /// How the lights are searched.

@@ -3,6 +3,7 @@
 //! Devices are numbered as `klieg devices` lists them: Vulkan devices in the driver's order, then the
 //! native CPU evaluator.
 
+use super::config::Pipeline;
 use super::values::Device;
 use crate::evaluate::DeviceInfo;
 use crate::gpu::{self, Context, ContextOptions, DeviceChoice, DeviceReport};
@@ -34,11 +35,11 @@ pub(super) fn list() -> (Vec<DeviceReport>, Option<Error>) {
     }
 }
 
-/// Opens the device that `device` names.
+/// Opens the device that `device` names, for evaluators of the given pipeline.
 ///
 /// # Errors
 /// [`Error::Argument`] for a device that is not there, and what opening it reports.
-pub(super) fn open(device: &Device) -> Result<Opened> {
+pub(super) fn open(device: &Device, pipeline: Pipeline) -> Result<Opened> {
     if *device == Device::Cpu {
         return Ok(Opened::Cpu);
     }
@@ -47,7 +48,8 @@ pub(super) fn open(device: &Device) -> Result<Opened> {
         (Ok(Chosen::Cpu), _) => Ok(Opened::Cpu),
         (Ok(Chosen::Vulkan(index)), _) => {
             let device = DeviceChoice::Index(index);
-            Context::new(&ContextOptions { device, ..ContextOptions::default() })
+            let pipeline = pipeline.kind();
+            Context::new(&ContextOptions { device, pipeline, ..ContextOptions::default() })
                 .map(Opened::Vulkan)
         }
         (Err(_), Some(no_vulkan)) => Err(no_vulkan),

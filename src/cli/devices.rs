@@ -104,5 +104,9 @@ fn abilities(report: &DeviceReport) -> String {
     let timed = if report.timestamps { "timed stages" } else { "no timed stages" };
     let (layers, side) = (report.max_layers, report.max_size);
     let memory = report.memory as f64 / f64::from(1 << 30);
-    format!("run klieg: {layers} pictures a draw, {side} pixels a side, {memory:.1} GiB, {timed}")
+    let (pipeline, reason) = (report.pipeline, report.pipeline_reason);
+    format!(
+        "run klieg: {layers} pictures a draw, {side} pixels a side, {memory:.1} GiB, {timed}\n\
+         pipeline {pipeline}: {reason}"
+    )
 }

@@ -1,6 +1,6 @@
 //! Options that several subcommands share, and how they change the settings.
 
-use super::config::{CameraKey, Settings};
+use super::config::{CameraKey, Pipeline, Settings};
 use super::values::{Device, Size, Weights};
 use crate::Result;
 use crate::lighting::LightKind;
@@ -48,6 +48,9 @@ pub(super) struct TargetOptions {
     /// [default: auto]
     #[arg(long)]
     device: Option<Device>,
+    /// How a Vulkan device makes the pictures [default: auto]
+    #[arg(long, value_name = "PIPELINE")]
+    pipeline: Option<Pipeline>,
 }
 
 /// `--kind`.
@@ -105,5 +108,6 @@ impl TargetOptions {
         if let Some(device) = &self.device {
             settings.device = device.clone();
         }
+        settings.pipeline = self.pipeline.unwrap_or(settings.pipeline);
     }
 }

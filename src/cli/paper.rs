@@ -29,7 +29,7 @@ const SCENES: [(&str, &[u8]); 2] = [
 /// Runs the experiments of "Perception-based Lighting Design" (Ha and Olivier 2006) on the scenes
 /// elephant and pair, and writes index.html, a self-contained page with figures 1 to 8, 10 and 12,
 /// the paper's claims and whether they hold, and paper.json, the figures behind it. Without --size the
-/// pictures have 384x384 pixels, 96x96 with --quick.
+/// pictures have 512x512 pixels, 96x96 with --quick.
 #[derive(Debug, Args)]
 pub(super) struct Options {
     /// Folder for the results, created where absent
@@ -67,7 +67,7 @@ impl Options {
             settings.search.generations = 12;
             (96, 3, Grid { columns: 19, rows: 10 })
         } else {
-            (384, 10, Grid::default())
+            (512, 10, Grid::default())
         };
         settings.view.size.get_or_insert(Size([side; 2]));
         let runs = self.runs.unwrap_or(runs);

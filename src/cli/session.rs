@@ -215,7 +215,7 @@ pub(super) fn evaluator(
     device: &Device,
 ) -> crate::Result<Engine> {
     let (objective, shading) = (settings.objective, settings.shading);
-    Ok(match device::open(device)? {
+    Ok(match device::open(device, settings.pipeline)? {
         Opened::Cpu => {
             let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
             Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)))
@@ -230,7 +230,11 @@ pub(super) fn evaluator(
 /// Says what computes.
 pub(super) fn announce(evaluator: &Engine) {
     let device = evaluator.device();
-    eprintln!("device: {} ({}, {})", device.name, device.kind, device.driver);
+    let pipeline = match evaluator {
+        Engine::Cpu(_) => String::new(),
+        Engine::Vulkan(gpu) => format!(", pipeline {}", gpu.pipeline()),
+    };
+    eprintln!("device: {} ({}, {}){pipeline}", device.name, device.kind, device.driver);
 }
 
 /// Time since `start`.

@@ -10,6 +10,7 @@ pub mod histogram;
 pub mod moments;
 pub mod normal_detail;
 pub mod pixel_types;
+pub mod pixels;
 pub mod population;
 pub mod visibility;
 pub mod visible;

@@ -6,6 +6,10 @@ use crate::Result;
 use ash::vk;
 use std::ffi::CString;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long the end of a run is waited for awake: about as long as a generation takes on a large GPU.
+const SPIN: Duration = Duration::from_micros(200);
 
 /// A command buffer with its pool and the fence that tells its end.
 pub struct Commands {
@@ -79,9 +83,24 @@ impl Commands {
             device.reset_fences(&[self.fence]).call("vkResetFences")?;
             let queue = self.context.queue();
             device.queue_submit(*queue, &submit, self.fence).call("vkQueueSubmit")?;
-            drop(queue);
-            device.wait_for_fences(&[self.fence], true, u64::MAX).call("vkWaitForFences")
         }
+        self.wait()
+    }
+
+    /// Waits for the fence: looks at it again and again for a while, as waking a thread takes longer
+    /// than many a generation.
+    fn wait(&self) -> Result<()> {
+        let device = self.context.device();
+        let start = Instant::now();
+        while start.elapsed() < SPIN {
+            // SAFETY: the fence is alive.
+            if unsafe { device.get_fence_status(self.fence) }.call("vkGetFenceStatus")? {
+                return Ok(());
+            }
+            std::hint::spin_loop();
+        }
+        // SAFETY: as above.
+        unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) }.call("vkWaitForFences")
     }
 
     /// Records `body`, runs it once and waits.
@@ -237,6 +256,8 @@ pub struct StageTimer {
     pool: vk::QueryPool,
     capacity: u32,
     stems: Vec<&'static str>,
+    ticks: Vec<[u64; 2]>,
+    rows: Vec<(&'static str, f64)>,
     context: Arc<Context>,
 }
 
@@ -250,6 +271,8 @@ impl StageTimer {
             pool: vk::QueryPool::null(),
             capacity,
             stems: Vec::with_capacity(capacity as usize),
+            ticks: Vec::with_capacity(capacity as usize),
+            rows: Vec::new(),
             context: Arc::clone(context),
         };
         if context.report().timestamps {
@@ -296,37 +319,36 @@ impl StageTimer {
         }
     }
 
-    /// Milliseconds of each stage of the run that has ended, in order of first occurrence; a stage
-    /// that ran several times counts with its sum. Empty where the queue has no timestamps.
+    /// Reads the times of the run that has ended; none where the queue has no timestamps.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`].
-    pub fn read(&self) -> Result<Vec<(&'static str, f64)>> {
-        let mut rows: Vec<(&'static str, f64)> = Vec::new();
+    pub fn read(&mut self) -> Result<()> {
+        self.rows.clear();
+        self.ticks.resize(self.stems.len(), [0; 2]);
         if self.stems.is_empty() {
-            return Ok(rows);
+            return Ok(());
         }
-        let mut ticks = vec![[0u64; 2]; self.stems.len()];
-        let flags = vk::QueryResultFlags::TYPE_64;
+        let (device, flags) = (self.context.device(), vk::QueryResultFlags::TYPE_64);
+        let ticks = self.ticks.as_flattened_mut();
         // SAFETY: the pool holds two 64-bit queries for each stem.
-        unsafe {
-            self.context.device().get_query_pool_results(
-                self.pool,
-                0,
-                ticks.as_flattened_mut(),
-                flags,
-            )
-        }
-        .call("vkGetQueryPoolResults")?;
+        unsafe { device.get_query_pool_results(self.pool, 0, ticks, flags) }
+            .call("vkGetQueryPoolResults")?;
         let period = f64::from(self.context.limits().timestamp_period) * 1e-6;
-        for (&stem, [begin, end]) in self.stems.iter().zip(ticks) {
+        for (&stem, &[begin, end]) in self.stems.iter().zip(&self.ticks) {
             let milliseconds = end.saturating_sub(begin) as f64 * period;
-            match rows.iter_mut().find(|row| row.0 == stem) {
+            match self.rows.iter_mut().find(|row| row.0 == stem) {
                 Some(row) => row.1 += milliseconds,
-                None => rows.push((stem, milliseconds)),
+                None => self.rows.push((stem, milliseconds)),
             }
         }
-        Ok(rows)
+        Ok(())
+    }
+
+    /// Milliseconds of each stage, as read last, in order of first occurrence; a stage that ran
+    /// several times counts with its sum.
+    pub fn rows(&self) -> &[(&'static str, f64)] {
+        &self.rows
     }
 }
 

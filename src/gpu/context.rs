@@ -1,6 +1,7 @@
 //! A device to work on, with its queue and its memory.
 
 use super::Call;
+use super::choice::{ComputeShape, PipelineKind};
 use super::devices::{self, DeviceChoice, DeviceReport};
 use super::instance::OwnedInstance;
 use super::requirements;
@@ -22,6 +23,11 @@ pub struct ContextOptions {
     /// Bytes for the pictures of a population, at most; a population that needs more is drawn in
     /// several parts. Half of the device's memory where not given.
     pub picture_memory: Option<u64>,
+    /// How evaluators make the pictures; where not given the fastest for the device, or
+    /// [`PipelineKind::Layered`] for a view with more object pixels than that can hold.
+    pub pipeline: Option<PipelineKind>,
+    /// The shape of [`PipelineKind::Compute`]; the faster for the device where not given.
+    pub shape: Option<ComputeShape>,
 }
 
 /// What has been made and read back since the context began.
@@ -57,6 +63,8 @@ pub struct Context {
     queue_family: u32,
     physical: vk::PhysicalDevice,
     picture_memory: u64,
+    pipeline: Option<PipelineKind>,
+    shape: ComputeShape,
     // Dropped in this order.
     device: OwnedDevice,
     instance: OwnedInstance,
@@ -110,6 +118,13 @@ impl Context {
             .picture_memory
             .unwrap_or(report.memory / 2)
             .min(requirements::largest_allocation(&instance.raw, physical));
+        let pipeline = options.pipeline;
+        let shape = options.shape.unwrap_or(report.shape);
+        let together = requirements::together(&instance.raw, physical);
+        if shape == ComputeShape::Tiles && !ComputeShape::tiles_possible(together) {
+            let lacks = "it lacks the subgroups or the shared memory for tiles".into();
+            return Err(Error::Unsupported { device: report.info.name, lacks });
+        }
         Ok(Arc::new(Self {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue: Mutex::new(queue),
@@ -120,6 +135,8 @@ impl Context {
             queue_family,
             physical,
             picture_memory,
+            pipeline,
+            shape,
             device,
             instance,
         }))
@@ -158,6 +175,16 @@ impl Context {
     /// Bytes for the pictures of a population.
     pub(super) fn picture_memory(&self) -> u64 {
         self.picture_memory
+    }
+
+    /// How evaluators make the pictures, where that is given.
+    pub(super) fn pipeline(&self) -> Option<PipelineKind> {
+        self.pipeline
+    }
+
+    /// The shape of [`PipelineKind::Compute`].
+    pub(super) fn shape(&self) -> ComputeShape {
+        self.shape
     }
 
     /// The family of the queue.

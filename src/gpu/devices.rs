@@ -1,6 +1,7 @@
 //! Which Vulkan devices there are, and which of them is taken.
 
 use super::Call;
+use super::choice::{ComputeShape, PipelineKind, Together};
 use super::instance::OwnedInstance;
 use super::requirements;
 use crate::evaluate::DeviceInfo;
@@ -39,6 +40,14 @@ pub struct DeviceReport {
     pub memory: u64,
     /// Whether the stages can be timed.
     pub timestamps: bool,
+    /// Invocations of a subgroup.
+    pub subgroup_size: u32,
+    /// The fastest pipeline.
+    pub pipeline: PipelineKind,
+    /// Its shape, where it is [`PipelineKind::Compute`].
+    pub shape: ComputeShape,
+    /// Why.
+    pub pipeline_reason: &'static str,
     /// What it lacks for klieg, in words; empty where klieg can run.
     pub lacks: Vec<String>,
 }
@@ -127,6 +136,12 @@ fn report(instance: &OwnedInstance, index: usize, device: vk::PhysicalDevice) ->
     };
     let limits = &properties.limits;
     let version = properties.api_version;
+    let together = match version >= vk::API_VERSION_1_1 {
+        true => requirements::together(&instance.raw, device),
+        false => Together::default(),
+    };
+    let software = properties.device_type == vk::PhysicalDeviceType::CPU;
+    let (shape, pipeline_reason) = ComputeShape::best(software, together);
     let heaps = &memory.memory_heaps[..memory.memory_heap_count as usize];
     DeviceReport {
         index,
@@ -151,6 +166,10 @@ fn report(instance: &OwnedInstance, index: usize, device: vk::PhysicalDevice) ->
             .max()
             .unwrap_or(0),
         timestamps: requirements::queue_family(&instance.raw, device).is_some_and(|(_, t)| t),
+        subgroup_size: together.subgroup,
+        pipeline: PipelineKind::Compute,
+        shape,
+        pipeline_reason,
         lacks: requirements::lacking(&instance.raw, device),
     }
 }
@@ -193,6 +212,10 @@ mod tests {
             max_size: 16384,
             memory: 0,
             timestamps: true,
+            subgroup_size: 32,
+            pipeline: PipelineKind::Compute,
+            shape: ComputeShape::Tiles,
+            pipeline_reason: "",
             lacks: lacks.iter().map(ToString::to_string).collect(),
         }
     }

@@ -2,9 +2,11 @@
 
 use super::Context;
 use super::commands::{COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
+use super::drawable::Drawable;
 use super::layout::ViewStatistics;
 use super::maps::MapStages;
 use super::memory::{Access, Buffer, Image};
+use super::staging;
 use super::view::{GBuffer, Reflectance, ViewMemory};
 use super::visibility::Visibility;
 use crate::Result;
@@ -29,7 +31,7 @@ pub struct Drawn {
     context: Arc<Context>,
 }
 
-/// Draws the scene and makes the maps, ready for a generation. The scene itself does not stay on the
+/// Draws the scene and makes the maps, ready for a generation. The scene itself need not stay on the
 /// device.
 ///
 /// # Errors
@@ -43,12 +45,14 @@ pub fn draw(
     view: &View,
     objective: &Objective,
     shading: &Shading,
-) -> Result<(ViewMemory, Drawn)> {
+) -> Result<(ViewMemory, Drawn, Drawable)> {
     let mut memory = ViewMemory::new(context, view, objective, shading)?;
     let g_buffer = memory.add_g_buffer()?;
-    let visibility = Visibility::new(context, scene, view, g_buffer)?;
-    let drawn = Drawn::new(context, &memory, scene.polygons(), |cmd| visibility.record(cmd))?;
-    Ok((memory, drawn))
+    let drawable = Drawable::new(context, scene, view, shading)?;
+    let visibility = Visibility::new(context, &drawable, g_buffer)?;
+    let drawn =
+        Drawn::new(context, &memory, scene.polygons(), |cmd| visibility.record(cmd, &drawable))?;
+    Ok((memory, drawn, drawable))
 }
 
 impl Drawn {
@@ -71,8 +75,22 @@ impl Drawn {
             context.barrier(cmd, COMPUTE_WRITE, COPY_READ);
             Ok(())
         })?;
-        let timings = timer.read()?;
+        timer.read()?;
+        let timings = timer.rows().to_vec();
         Ok(Self { visible: stages.visible, timings, context: Arc::clone(context) })
+    }
+
+    fn statistics(&self, memory: &ViewMemory) -> Result<ViewStatistics> {
+        Ok(staging::read_buffer(&self.context, &memory.statistics, 1)?[0])
+    }
+
+    /// Object pixels of the view.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn objects(&self, memory: &ViewMemory) -> Result<u32> {
+        let statistics = self.statistics(memory)?;
+        Ok(statistics.surface + statistics.edge)
     }
 
     /// Reads the maps back from the view's memory.
@@ -89,27 +107,13 @@ impl Drawn {
             _ => PixelType::Edge,
         };
         let types = reader.image::<u32>(&memory.types)?.into_iter().map(kind).collect();
-        let statistics: ViewStatistics = self.buffer(&memory.statistics)?[0];
+        let statistics = self.statistics(memory)?;
         let counts = PixelCounts { surface: statistics.surface, edge: statistics.edge };
-        let words: Vec<u32> = self.buffer(&self.visible)?;
+        let words = self.visible.size() as usize / size_of::<u32>();
+        let words: Vec<u32> = staging::read_buffer(&self.context, &self.visible, words)?;
         let visible = set_bits(&words);
         let normal_detail = statistics.normal_detail;
         Ok(Maps { surface, sobel, laplace, types, counts, visible, normal_detail })
-    }
-
-    fn buffer<T: Pod>(&self, from: &Buffer) -> Result<Vec<T>> {
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let to = Buffer::new(&self.context, "readback", from.size(), usage, Access::Readback)?;
-        Commands::once(&self.context, |cmd| {
-            let region = [vk::BufferCopy::default().size(from.size())];
-            // SAFETY: both buffers are alive and of this size.
-            unsafe { self.context.device().cmd_copy_buffer(cmd, from.raw(), to.raw(), &region) };
-            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
-            Ok(())
-        })?;
-        let mut out = vec![T::zeroed(); from.size() as usize / size_of::<T>()];
-        to.read(&mut out);
-        Ok(out)
     }
 }
 

@@ -1,11 +1,18 @@
 //! The Vulkan evaluator.
 
 use super::Context;
-use super::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ};
+use super::choice::{ComputeShape, PipelineKind};
+use super::commands::Commands;
+use super::drawable::Drawable;
 use super::drawn::{self, Drawn};
-use super::generation::{GenerationMemory, Stages};
+use super::forward::ForwardDraw;
+use super::generation::{Fitness, GenerationMemory, Measure};
+use super::layered::Layered;
 use super::layout::Detail;
-use super::memory::{Access, Buffer};
+use super::population::StoredDraw;
+use super::runs::Runs;
+use super::staging;
+use super::tiles::Tiles;
 use super::view::ViewMemory;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
@@ -15,8 +22,6 @@ use crate::objective::{Objective, Quality, Statistics};
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
-use ash::vk;
-use bytemuck::Zeroable;
 use std::sync::Arc;
 
 /// Measures populations on a Vulkan device: N chromosomes go up, N numbers come back.
@@ -26,9 +31,10 @@ use std::sync::Arc;
 pub struct GpuEvaluator {
     generation: Option<GenerationMemory>,
     recorded: Option<(u32, usize)>,
-    timings: Vec<(&'static str, f64)>,
     commands: Commands,
-    stages: Stages,
+    fitness: Fitness,
+    measure: Box<dyn Measure + Send>,
+    pipeline: PipelineKind,
     view: ViewMemory,
     drawn: Option<Drawn>,
     maps: Option<Maps>,
@@ -49,8 +55,9 @@ impl GpuEvaluator {
         objective: Objective,
         shading: Shading,
     ) -> Result<Self> {
-        let (view, drawn) = drawn::draw(context, scene, view, &objective, &shading)?;
-        Self::of(context, view, Some(drawn), None)
+        let (view, drawn, drawable) = drawn::draw(context, scene, view, &objective, &shading)?;
+        let objects = drawn.objects(&view)?;
+        Self::of(context, view, objects, Some((drawn, drawable)), None)
     }
 
     /// An evaluator for a view whose maps are known.
@@ -66,21 +73,42 @@ impl GpuEvaluator {
         shading: Shading,
     ) -> Result<Self> {
         let view = ViewMemory::with_maps(context, maps, view, &objective, &shading)?;
-        Self::of(context, view, None, Some(maps.clone()))
+        Self::of(context, view, maps.counts.object(), None, Some(maps.clone()))
     }
 
     fn of(
         context: &Arc<Context>,
         view: ViewMemory,
-        drawn: Option<Drawn>,
+        objects: u32,
+        scene: Option<(Drawn, Drawable)>,
         maps: Option<Maps>,
     ) -> Result<Self> {
+        let (drawn, drawable) = scene.unzip();
+        let pipeline = context.pipeline().unwrap_or_else(|| best(context, objects));
+        let measure: Box<dyn Measure + Send> = match pipeline {
+            PipelineKind::Layered => {
+                let draw = Box::new(StoredDraw::new(context)?);
+                Box::new(Layered::new(context, &view, draw)?)
+            }
+            PipelineKind::Forward => {
+                let scene = drawable.ok_or_else(|| {
+                    Error::Argument("pipeline forward draws a scene, not maps".into())
+                })?;
+                let draw = Box::new(ForwardDraw::new(context, scene)?);
+                Box::new(Layered::new(context, &view, draw)?)
+            }
+            PipelineKind::Compute => match context.shape() {
+                ComputeShape::Runs => Box::new(Runs::new(context, &view, objects)?),
+                ComputeShape::Tiles => Box::new(Tiles::new(context, &view)?),
+            },
+        };
         Ok(Self {
             generation: None,
             recorded: None,
-            timings: Vec::new(),
             commands: Commands::new(context)?,
-            stages: Stages::new(context, &view)?,
+            fitness: Fitness::new(context, &view, &*measure)?,
+            measure,
+            pipeline,
             view,
             drawn,
             maps,
@@ -94,6 +122,11 @@ impl GpuEvaluator {
         self.drawn.as_ref().map_or(&[], |drawn| &drawn.timings)
     }
 
+    /// How the pictures are made.
+    pub fn pipeline(&self) -> PipelineKind {
+        self.pipeline
+    }
+
     /// The device and what was made and read on it.
     pub fn context(&self) -> &Arc<Context> {
         &self.context
@@ -102,7 +135,7 @@ impl GpuEvaluator {
     /// GPU milliseconds of each stage in the last evaluation; empty before the first, and where the
     /// device has no timestamps.
     pub fn timings(&self) -> &[(&'static str, f64)] {
-        &self.timings
+        self.generation.as_ref().map_or(&[], |generation| generation.timer.rows())
     }
 
     /// Makes memory and pipelines for the population, unless they are there.
@@ -110,7 +143,7 @@ impl GpuEvaluator {
         let records = population.records().len();
         let individuals = u32::try_from(population.len())
             .map_err(|_| Error::Argument(format!("{} individuals", population.len())))?;
-        self.stages.prepare(&self.view, population.lights())?;
+        self.measure.prepare(&self.view, population.lights())?;
         if !self.generation.as_ref().is_some_and(|g| g.holds(individuals, records)) {
             let (held, held_records) =
                 self.generation.as_ref().map_or((0, 0), GenerationMemory::capacity);
@@ -118,56 +151,27 @@ impl GpuEvaluator {
             // The old memory goes first, so that the two need not fit together.
             self.recorded = None;
             self.generation = None;
-            self.generation =
-                Some(GenerationMemory::new(&self.context, &mut self.view, &self.stages, capacity)?);
+            let (view, measure) = (&mut self.view, &mut *self.measure);
+            self.generation = Some(GenerationMemory::new(&self.context, view, measure, capacity)?);
         }
         Ok(individuals)
     }
 
     /// Terms and statistics of the first individuals of the last generation.
     fn read_details(&self, generation: &GenerationMemory, count: usize) -> Result<Vec<Detail>> {
-        let out = self.readback("details", count * size_of::<Detail>())?;
-        Commands::once(&self.context, |cmd| {
-            let region = [vk::BufferCopy::default().size(out.size())];
-            // SAFETY: both buffers are alive and hold `count` details.
-            unsafe {
-                let (from, to) = (generation.details.raw(), out.raw());
-                self.context.device().cmd_copy_buffer(cmd, from, to, &region);
-            }
-            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
-            Ok(())
-        })?;
-        let mut details = vec![Detail::zeroed(); count];
-        out.read(&mut details);
-        Ok(details)
+        staging::read_buffer(&self.context, &generation.details, count)
     }
+}
 
-    /// The picture of individual 0 of the last generation.
-    fn read_picture(&self, generation: &GenerationMemory) -> Result<Vec<f32>> {
-        let [width, height] = self.view.size;
-        let pixels = width as usize * height as usize;
-        let out = self.readback("picture", 4 * pixels)?;
-        Commands::once(&self.context, |cmd| {
-            let image = &generation.pictures.image;
-            // The draw leaves the pictures to shaders.
-            let shader = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-            let copy = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-            self.context.transition(cmd, image, (shader, copy), COPY_READ, COPY_READ);
-            self.context.download(cmd, (image, copy, 0), &out);
-            self.context.transition(cmd, image, (copy, shader), COPY_READ, COPY_READ);
-            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
-            Ok(())
-        })?;
-        let mut picture = vec![0.0; pixels];
-        out.read(&mut picture);
-        // The device marks the background by a negative value.
-        picture.iter_mut().for_each(|value: &mut f32| *value = value.max(0.0));
-        Ok(picture)
-    }
-
-    fn readback(&self, name: &str, bytes: usize) -> Result<Buffer> {
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        Buffer::new(&self.context, name, bytes as u64, usage, Access::Readback)
+/// The fastest pipeline that can hold so many object pixels.
+fn best(context: &Context, objects: u32) -> PipelineKind {
+    match context.report().pipeline {
+        PipelineKind::Compute
+            if context.shape() == ComputeShape::Runs && !Runs::fits(context, objects) =>
+        {
+            PipelineKind::Layered
+        }
+        pipeline => pipeline,
     }
 }
 
@@ -193,7 +197,8 @@ impl Evaluator for GpuEvaluator {
         if self.recorded != Some(plan) {
             self.recorded = None;
             self.commands.record(|cmd| {
-                generation.record(cmd, &self.context, (&self.view, &self.stages), plan);
+                let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
+                generation.record(cmd, &self.context, stages, plan);
                 Ok(())
             })?;
             self.recorded = Some(plan);
@@ -201,8 +206,7 @@ impl Evaluator for GpuEvaluator {
         generation.lights.write(population.records());
         self.commands.run()?;
         generation.scores.read(scores);
-        self.timings = generation.timer.read()?;
-        Ok(())
+        generation.timer.read()
     }
 
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
@@ -222,7 +226,7 @@ impl Evaluator for GpuEvaluator {
         self.evaluate(&Population::of([rig])?, &mut score)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
         let detail = self.read_details(generation, 1)?[0];
-        let picture = self.read_picture(generation)?;
+        let picture = self.measure.first_picture()?;
         Ok(Inspection {
             score: score[0],
             terms: detail.terms(),
@@ -244,5 +248,27 @@ impl Evaluator for GpuEvaluator {
             self.maps = Some(drawn.read(&self.view)?);
         }
         Ok(self.maps.as_ref().expect("maps are known or drawn"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::testing;
+
+    #[test]
+    fn a_view_with_too_many_object_pixels_is_drawn() {
+        let context = testing::context();
+        assert_eq!(best(&context, 1000), PipelineKind::Compute);
+        assert!(!Runs::fits(&context, 1 << 31));
+        let most = best(&context, 1 << 31);
+        let runs = context.shape() == ComputeShape::Runs;
+        assert_eq!(most == PipelineKind::Layered, runs);
+        let (maps, view) = testing::maps(20, 10);
+        let (objective, shading) = (Objective::default(), Shading::default());
+        let view = ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+        let error = Runs::new(&context, &view, 1 << 31).err();
+        assert!(matches!(error, Some(Error::Unsupported { .. })));
+        testing::assert_valid(&context);
     }
 }

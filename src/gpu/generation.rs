@@ -1,11 +1,11 @@
-//! A generation on the device: `population`, the reductions `histogram`, `moments` and `gradient`,
-//! and `fitness`. A population larger than what one draw can hold goes in chunks.
+//! A generation on the device: a pipeline measures the pictures of a chunk of the population, `fitness`
+//! makes the scores. A population larger than what the pipeline can hold at once goes in chunks.
 
 use super::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, HOST_READ, StageTimer};
-use super::layout::{Detail, GradientPart, MomentPart, binding};
+use super::layout::{Chunk, Detail, GradientPart, MomentPart, binding};
 use super::memory::{Access, Buffer};
 use super::pipeline::Pipeline;
-use super::population::{self, Draw, Pictures};
+use super::runs::LIGHT_MARGIN;
 use super::view::ViewMemory;
 use super::{Context, shaders};
 use crate::lighting::LightRecord;
@@ -14,61 +14,77 @@ use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
 
-/// Invocations of a work group of the reductions, along a row.
-const COLUMNS: u32 = 64;
-/// Rows of a strip of `histogram`; at most 255, as it counts in bytes.
-const HISTOGRAM_ROWS: u32 = 128;
-/// Rows of a strip of `moments` and `gradient`.
-const ROWS: u32 = 32;
 /// Invocations of a work group of `fitness`.
 const FITNESS_GROUP: u32 = 128;
-/// Stages of a chunk.
+/// Stages of a chunk, at most.
 const STAGES: u32 = 5;
 
-/// The pipelines of a generation.
-pub struct Stages {
-    draw: Draw,
-    histogram: Pipeline,
-    moments: Pipeline,
-    gradient: Pipeline,
-    fitness: Pipeline,
-}
+/// Makes and measures the pictures of a chunk: what differs between the pipelines.
+pub trait Measure {
+    /// Partial results of each picture: histograms; moments and gradients.
+    fn entries(&self) -> [u32; 2];
 
-impl Stages {
+    /// Bits of a bin of a partial histogram.
+    fn bin_bits(&self) -> u32 {
+        8
+    }
+
+    /// Individuals that are measured together; their partial results are always written.
+    fn block(&self) -> u32 {
+        1
+    }
+
+    /// Pictures that it can hold, a multiple of the block; 0 when it cannot hold any.
+    ///
     /// # Errors
     /// What the device reports.
-    pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
-        let bins = HISTOGRAM_BINS as u32;
-        let compute = |stem, spirv, constants: &[u32]| {
-            Pipeline::compute(context, stem, spirv, &view.layout, constants)
-        };
-        let fitness = [FITNESS_GROUP, HISTOGRAM_ROWS, ROWS, bins];
-        Ok(Self {
-            draw: Draw::new(context)?,
-            histogram: compute(
-                "histogram",
-                shaders::HISTOGRAM_COMP,
-                &[COLUMNS, HISTOGRAM_ROWS, bins],
-            )?,
-            moments: compute("moments", shaders::MOMENTS_COMP, &[COLUMNS, ROWS])?,
-            gradient: compute("gradient", shaders::GRADIENT_COMP, &[COLUMNS, ROWS])?,
-            fitness: compute("fitness", shaders::FITNESS_COMP, &fitness)?,
-        })
-    }
+    fn largest_chunk(&self) -> Result<u32>;
 
     /// Makes what rigs of `lights` lights need, unless it is there.
     ///
     /// # Errors
     /// What the device reports.
-    pub fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
-        self.draw.prepare(view, lights)
+    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
+
+    /// Makes room for `chunk` pictures; the lights will be in `lights`.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()>;
+
+    /// Records the stages that leave the partial results of a chunk of `count` rigs of `lights`
+    /// lights.
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        timer: &mut StageTimer,
+        chunk: (&Chunk, u32),
+        lights: usize,
+    );
+
+    /// The first picture of the last chunk: `I`, 0 in the background, rows from the top.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn first_picture(&self) -> Result<Vec<f32>>;
+}
+
+/// The stage `fitness`.
+pub struct Fitness(Pipeline);
+
+impl Fitness {
+    /// # Errors
+    /// What the device reports.
+    pub fn new(context: &Arc<Context>, view: &ViewMemory, measure: &dyn Measure) -> Result<Self> {
+        let constants = [FITNESS_GROUP, HISTOGRAM_BINS as u32, measure.bin_bits()];
+        let spirv = shaders::FITNESS_COMP;
+        Pipeline::compute(context, "fitness", spirv, &view.layout, &constants).map(Self)
     }
 }
 
 /// The device memory of a generation; it only ever grows.
 pub struct GenerationMemory {
-    /// Pictures of the last chunk.
-    pub pictures: Pictures,
     /// The lights of all individuals; the host writes.
     pub lights: Buffer,
     /// `F` of all individuals; the host reads.
@@ -77,10 +93,11 @@ pub struct GenerationMemory {
     pub details: Buffer,
     /// Times of the last run.
     pub timer: StageTimer,
-    /// Individuals that fit in a draw.
+    /// Individuals that are measured at once.
     chunk: u32,
     individuals: u32,
     records: usize,
+    entries: [u32; 2],
     _parts: [Buffer; 3],
 }
 
@@ -93,20 +110,21 @@ impl GenerationMemory {
     pub fn new(
         context: &Arc<Context>,
         view: &mut ViewMemory,
-        stages: &Stages,
+        measure: &mut dyn Measure,
         (individuals, records): (u32, usize),
     ) -> Result<Self> {
-        let size = view.size;
-        let chunk = individuals.min(largest_chunk(context, size)?);
+        let entries = measure.entries();
+        let chunk =
+            chunk(context, view.size, measure)?.min(individuals.next_multiple_of(measure.block()));
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let device = |name, bytes| Buffer::new(context, name, bytes, storage, Access::Device);
-        let [histogram, moments, gradient] = part_bytes(size).map(|b| b * u64::from(chunk));
+        let [histogram, moments, gradient] = part_bytes(measure).map(|b| b * u64::from(chunk));
         let parts = [
             device("histogram parts", histogram)?,
             device("moment parts", moments)?,
             device("gradient parts", gradient)?,
         ];
-        let lights = (records * size_of::<LightRecord>()) as u64;
+        let lights = (records * size_of::<LightRecord>()) as u64 + LIGHT_MARGIN;
         let details = u64::from(individuals) * size_of::<Detail>() as u64;
         let largest = u64::from(context.limits().max_storage_buffer_range);
         if lights.max(details) > largest {
@@ -114,21 +132,21 @@ impl GenerationMemory {
                 "{individuals} individuals are more than the device's buffers can hold"
             )));
         }
+        let lights_usage = storage | vk::BufferUsageFlags::UNIFORM_BUFFER;
         let details_usage = storage | vk::BufferUsageFlags::TRANSFER_SRC;
         let scores = u64::from(individuals) * 4;
         let memory = Self {
-            pictures: stages.draw.pictures(size, chunk)?,
-            lights: Buffer::new(context, "lights", lights, storage, Access::Upload)?,
+            lights: Buffer::new(context, "lights", lights, lights_usage, Access::Upload)?,
             scores: Buffer::new(context, "scores", scores, storage, Access::Readback)?,
             details: Buffer::new(context, "details", details, details_usage, Access::Device)?,
             timer: StageTimer::new(context, STAGES * individuals.div_ceil(chunk))?,
             chunk,
             individuals,
             records,
+            entries,
             _parts: parts,
         };
-        let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-        view.set.write_image(binding::PICTURES, &memory.pictures.image, layout);
+        measure.allocate(view, chunk, &memory.lights)?;
         let [histogram, moments, gradient] = &memory._parts;
         for (number, buffer) in [
             (binding::LIGHTS, &memory.lights),
@@ -158,70 +176,57 @@ impl GenerationMemory {
         &mut self,
         cmd: vk::CommandBuffer,
         context: &Context,
-        (view, stages): (&ViewMemory, &Stages),
+        (view, measure, fitness): (&ViewMemory, &dyn Measure, &Fitness),
         (individuals, lights): (u32, usize),
     ) {
         self.timer.reset(cmd);
+        let [histogram_entries, entries] = self.entries;
         for first in (0..individuals).step_by(self.chunk as usize) {
-            let count = self.chunk.min(individuals - first);
-            let pictures = &self.pictures;
-            self.timer.stage(cmd, "population", || {
-                stages.draw.record(cmd, (view, pictures), lights, (first, count));
-            });
-            let groups =
-                |rows| [view.size[0].div_ceil(COLUMNS), view.size[1].div_ceil(rows), count];
-            for (stem, pipeline, groups) in [
-                ("histogram", &stages.histogram, groups(HISTOGRAM_ROWS)),
-                ("moments", &stages.moments, groups(ROWS)),
-                ("gradient", &stages.gradient, groups(ROWS)),
-            ] {
-                self.timer.stage(cmd, stem, || view.dispatch(cmd, pipeline, groups, first));
+            if first > 0 {
+                // The last chunk's `fitness` has read what this one's stages write.
+                context.barrier(cmd, COMPUTE_READ, COMPUTE_WRITE);
             }
+            let count = self.chunk.min(individuals - first);
+            let chunk = Chunk { first, histogram_entries, entries, ..Chunk::default() };
+            measure.record(cmd, view, &mut self.timer, (&chunk, count), lights);
             context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
             self.timer.stage(cmd, "fitness", || {
-                view.dispatch(cmd, &stages.fitness, [count, 1, 1], first);
+                view.dispatch(cmd, &fitness.0, [count, 1, 1], &chunk);
             });
-            // The next chunk's reductions write where `fitness` has read.
-            context.barrier(cmd, COMPUTE_READ, COMPUTE_WRITE);
         }
         context.barrier(cmd, COMPUTE_WRITE, (HOST_READ.0 | COPY_READ.0, HOST_READ.1 | COPY_READ.1));
     }
 }
 
 /// Bytes of the partial histograms, moments and gradients of one picture.
-fn part_bytes([width, height]: [u32; 2]) -> [u64; 3] {
-    let entries = |rows| u64::from(width) * u64::from(height.div_ceil(rows));
+pub fn part_bytes(measure: &dyn Measure) -> [u64; 3] {
+    let [histograms, others] = measure.entries().map(u64::from);
     [
-        entries(HISTOGRAM_ROWS) * HISTOGRAM_BINS as u64,
-        entries(ROWS) * size_of::<MomentPart>() as u64,
-        entries(ROWS) * size_of::<GradientPart>() as u64,
+        histograms * HISTOGRAM_BINS as u64 * u64::from(measure.bin_bits() / 8),
+        others * size_of::<MomentPart>() as u64,
+        others * size_of::<GradientPart>() as u64,
     ]
 }
 
-/// Pictures that one draw can make: what layers, image size, buffer sizes and memory allow.
+/// Pictures that can be measured at once: what the pipeline, the buffers of the partial results and
+/// the work groups of `fitness` allow.
 ///
 /// # Errors
-/// [`Error::Argument`] when a single picture is more than the device can hold.
-fn largest_chunk(context: &Context, size: [u32; 2]) -> Result<u32> {
-    let image = context.image_limits(population::FORMAT, population::USAGE)?;
+/// [`Error::Argument`] when the device cannot hold as many as are measured together.
+fn chunk(context: &Context, size: [u32; 2], measure: &dyn Measure) -> Result<u32> {
     let limits = context.limits();
-    let pixels = u64::from(size[0]) * u64::from(size[1]);
-    let memory = context.picture_memory().min(image.max_resource_size);
-    let parts = part_bytes(size).into_iter().max().unwrap_or(1);
+    let parts = part_bytes(measure).into_iter().max().unwrap_or(0).max(1);
     let fits = [
-        u64::from(context.report().max_layers),
-        image.max_array_layers.into(),
-        limits.max_compute_work_group_count[2].into(),
+        measure.largest_chunk()?.into(),
         limits.max_compute_work_group_count[0].into(),
         u64::from(limits.max_storage_buffer_range) / parts,
-        (memory / (4 * pixels)).max(1),
     ];
     let largest = fits.into_iter().min().unwrap_or(0) as u32;
-    if largest == 0 {
-        return Err(Error::Argument(format!(
+    match largest - largest % measure.block() {
+        0 => Err(Error::Argument(format!(
             "picture size {}x{} is more than the device's buffers can hold",
             size[0], size[1]
-        )));
+        ))),
+        whole => Ok(whole),
     }
-    Ok(largest)
 }

@@ -75,6 +75,49 @@ impl Parameters {
     }
 }
 
+/// Push constants of a view's stages: the part of a population that is measured at once.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct Chunk {
+    /// Its first individual.
+    pub first: u32,
+    /// Partial histograms of each picture.
+    pub histogram_entries: u32,
+    /// Partial moments and gradients of each picture.
+    pub entries: u32,
+    /// Block of individuals within the chunk.
+    pub block: u32,
+    /// The block's first light within the window of lights.
+    pub light: u32,
+}
+
+/// Element of the storage block `PixelTaps`: where an object pixel's neighbours are in the list of
+/// object pixels.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Taps {
+    /// Number of the first object pixel that is not left of the one above.
+    pub up: u32,
+    /// And of the one below.
+    pub down: u32,
+    /// Bit `k`: neighbour `k` of the nine, row after row, is an object pixel.
+    pub present: u32,
+    /// [`PixelType`](crate::objective::maps::PixelType) as a number.
+    pub kind: u32,
+}
+
+/// Element of the storage block `Tiles`: a tile of the picture with an object pixel.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct Tile {
+    /// Of tiles.
+    pub column: u32,
+    /// Of tiles.
+    pub row: u32,
+    /// Place of an object pixel in the tile with its border, rows from the top.
+    pub origin: u32,
+}
+
 /// Storage block `ViewStatistics`: the view in a few numbers.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -199,7 +242,7 @@ pub const DOUBLE_SIDED: u32 = 1;
 /// Flag of a material with a normal texture.
 pub const NORMAL_MAPPED: u32 = 2;
 
-/// Push constants of the visibility draw (`shaders/include/visibility.glsl`).
+/// Push constants of the draws of the scene (`shaders/include/visibility.glsl`).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Camera {
@@ -207,6 +250,14 @@ pub struct Camera {
     pub clip_from_frame: [[f32; 4]; 4],
     /// The viewer; then 1 where all view rays are parallel.
     pub eye: [f32; 4],
+    /// [`Shading`]: ambient, dielectric, largest shininess. From here on for populations alone.
+    pub shading: [f32; 3],
+    /// The chunk's first light.
+    pub first_light: u32,
+    /// First instance of a draw.
+    pub first_instance: u32,
+    /// Instances of a draw in each picture.
+    pub instances_of_picture: u32,
 }
 
 /// Numbers of the bindings of the view's descriptor set, which all of its stages share.
@@ -261,6 +312,36 @@ pub mod binding {
     pub const DETAILS: u32 = 23;
 }
 
+/// Numbers of the bindings of set 1 of the stages that visit object pixels alone.
+pub mod pixel_binding {
+    /// Storage block: object pixels of each row.
+    pub const ROW_COUNTS: u32 = 0;
+    /// Storage block: [`Taps`](super::Taps) of each object pixel.
+    pub const TAPS: u32 = 1;
+    /// Storage block: the object pixels' places in the picture.
+    pub const PLACES: u32 = 2;
+    /// Storage block: position and shininess, a `vec4` for each object pixel.
+    pub const POSITIONS: u32 = 3;
+    /// Storage block: normal and diffuse reflectance, a `vec4` for each.
+    pub const NORMALS: u32 = 4;
+    /// Storage block: specular reflectance and unlit luminance, a `vec2` for each.
+    pub const LOOKS: u32 = 5;
+    /// Storage block: a chunk's brightnesses, a `vec4` for each pixel of each block.
+    pub const BRIGHTNESS: u32 = 6;
+    /// Uniform block with a dynamic offset: a block's lights.
+    pub const WINDOW: u32 = 7;
+}
+
+/// Every binding of that set.
+pub fn pixel_bindings() -> Vec<Binding> {
+    let kind = |number| match number {
+        pixel_binding::WINDOW => vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
+        _ => vk::DescriptorType::STORAGE_BUFFER,
+    };
+    let stages = vk::ShaderStageFlags::COMPUTE;
+    (0..=pixel_binding::WINDOW).map(|number| (number, kind(number), stages)).collect()
+}
+
 /// Every binding of the view's descriptor set.
 pub fn bindings() -> Vec<Binding> {
     use vk::DescriptorType as Kind;
@@ -268,7 +349,7 @@ pub fn bindings() -> Vec<Binding> {
     let all = Stage::COMPUTE | Stage::FRAGMENT;
     let kind = |number| match number {
         binding::PARAMETERS => (Kind::UNIFORM_BUFFER, all),
-        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX),
+        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX | Stage::COMPUTE),
         binding::DEPTH..=binding::RECORD_2 => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
         binding::CODE..=binding::EMISSIVE => (Kind::SAMPLED_IMAGE, all),
         binding::SURFACE_0..=binding::SURFACE_2 => (Kind::SAMPLED_IMAGE, all),

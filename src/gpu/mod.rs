@@ -3,28 +3,36 @@
 //! A stage carries one name everywhere: its shader in `shaders/`, its pipeline here, its plain twin
 //! in [`crate::cpu`], its debug label and its row of timings.
 
+mod choice;
 mod commands;
 mod context;
 mod devices;
+mod drawable;
 mod drawn;
 mod evaluator;
+mod forward;
 mod generation;
 mod geometry;
 mod instance;
+mod layered;
 pub mod layout;
 mod maps;
 mod memory;
 mod pipeline;
+mod pixels;
 mod population;
 mod requirements;
+mod runs;
 pub mod shaders;
 mod staging;
 #[cfg(test)]
 mod testing;
 mod textures;
+mod tiles;
 mod view;
 mod visibility;
 
+pub use choice::{ComputeShape, PipelineKind};
 pub use context::{Context, ContextOptions, Counters};
 pub use devices::{DeviceChoice, DeviceReport, devices};
 pub use evaluator::GpuEvaluator;

@@ -84,7 +84,13 @@ impl DescriptorSet {
 
     /// Puts a whole buffer at `binding`. The set must not be in use.
     pub fn write_buffer(&mut self, binding: u32, buffer: &Buffer) {
-        let info = [vk::DescriptorBufferInfo::default().buffer(buffer.raw()).range(vk::WHOLE_SIZE)];
+        self.write_window(binding, buffer, vk::WHOLE_SIZE);
+    }
+
+    /// Puts `range` bytes of a buffer, from the front or from a dynamic offset, at `binding`. The set
+    /// must not be in use.
+    pub fn write_window(&mut self, binding: u32, buffer: &Buffer, range: u64) {
+        let info = [vk::DescriptorBufferInfo::default().buffer(buffer.raw()).range(range)];
         let write = vk::WriteDescriptorSet::default()
             .dst_set(self.raw)
             .dst_binding(binding)

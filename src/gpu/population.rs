@@ -1,8 +1,9 @@
-//! The stage `population`: one instanced draw of N layers, each layer the stored surface under the
-//! lights of its own individual.
+//! Draws that make a population's pictures, and the stage `population`: one instanced draw of N
+//! layers, each layer the stored surface under the lights of its own individual.
 
 use super::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
-use super::memory::{Image, ImageDesc};
+use super::layout::Chunk;
+use super::memory::{Buffer, Image, ImageDesc};
 use super::pipeline::{MAIN, Pipeline, ShaderModule, Specialization};
 use super::view::{PUSH_STAGES, ViewMemory};
 use super::{Call, Context, shaders};
@@ -19,10 +20,47 @@ pub const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
         | vk::ImageUsageFlags::TRANSFER_SRC.as_raw(),
 );
 
+/// Makes the pictures of a chunk with a draw.
+pub trait Draw {
+    /// The stage's stem.
+    fn stem(&self) -> &'static str;
+
+    /// Bytes that each pixel of each picture takes.
+    fn pixel_bytes(&self) -> u64;
+
+    /// Most pictures of one draw, whatever the memory.
+    fn most_pictures(&self) -> u32 {
+        u32::MAX
+    }
+
+    /// Makes what rigs of `lights` lights need, unless it is there.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
+
+    /// Makes room for `count` pictures; the lights will be in `lights`.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn allocate(&mut self, size: [u32; 2], count: u32, lights: &Buffer) -> Result<()>;
+
+    /// One layer for each picture; `SHADER_READ_ONLY_OPTIMAL` after the draw.
+    fn pictures(&self) -> &Image;
+
+    /// Records the draw of `count` individuals of a chunk.
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        chunk: (&Chunk, u32),
+        lights: usize,
+    );
+}
+
 /// The pictures of a chunk of the population, as the draw's target.
-pub struct Pictures {
-    /// One layer for each individual; `SHADER_READ_ONLY_OPTIMAL` after the draw.
-    pub image: Image,
+struct Pictures {
+    image: Image,
     framebuffer: vk::Framebuffer,
     context: Arc<Context>,
 }
@@ -34,8 +72,9 @@ impl Drop for Pictures {
     }
 }
 
-/// The draw: its render pass and a pipeline for each number of lights seen.
-pub struct Draw {
+/// The draw of the stored surface: its render pass and a pipeline for each number of lights seen.
+pub struct StoredDraw {
+    pictures: Option<Pictures>,
     pass: vk::RenderPass,
     vertex: ShaderModule,
     fragment: ShaderModule,
@@ -43,95 +82,29 @@ pub struct Draw {
     context: Arc<Context>,
 }
 
-impl Drop for Draw {
+impl Drop for StoredDraw {
     fn drop(&mut self) {
         // SAFETY: owners wait for the draw before they drop it.
         unsafe { self.context.device().destroy_render_pass(self.pass, None) };
     }
 }
 
-impl Draw {
+impl StoredDraw {
     /// # Errors
     /// What the device reports.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
         Ok(Self {
             vertex: ShaderModule::new(context, shaders::POPULATION_VERT)?,
             fragment: ShaderModule::new(context, shaders::POPULATION_FRAG)?,
+            pictures: None,
             pass: render_pass(context)?,
             pipelines: Vec::new(),
             context: Arc::clone(context),
         })
     }
 
-    /// Room for `layers` pictures.
-    ///
-    /// # Errors
-    /// What the device reports.
-    pub fn pictures(&self, [width, height]: [u32; 2], layers: u32) -> Result<Pictures> {
-        let image = Image::new(
-            &self.context,
-            &ImageDesc {
-                name: "pictures",
-                format: FORMAT,
-                width,
-                height,
-                layers: Some(layers),
-                mips: 1,
-                usage: USAGE,
-            },
-        )?;
-        let views = [image.view()];
-        let info = vk::FramebufferCreateInfo::default()
-            .render_pass(self.pass)
-            .attachments(&views)
-            .width(width)
-            .height(height)
-            .layers(layers);
-        // SAFETY: pass and view are alive; the pictures keep the view.
-        let framebuffer = unsafe { self.context.device().create_framebuffer(&info, None) }
-            .call("vkCreateFramebuffer")?;
-        Ok(Pictures { image, framebuffer, context: Arc::clone(&self.context) })
-    }
-
-    /// Makes the pipeline for rigs of `lights` lights, unless it is there.
-    ///
-    /// # Errors
-    /// What the device reports.
-    pub fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
-        if self.pipelines.iter().all(|(l, _)| *l != lights) {
-            let pipeline = self.pipeline(view, lights)?;
-            self.pipelines.push((lights, pipeline));
-        }
-        Ok(())
-    }
-
-    /// Records the draw of individuals `first..first + count` into the first layers of `to`.
-    pub fn record(
-        &self,
-        cmd: vk::CommandBuffer,
-        (view, to): (&ViewMemory, &Pictures),
-        lights: usize,
-        (first, count): (u32, u32),
-    ) {
-        let found = self.pipelines.iter().find(|(l, _)| *l == lights);
-        let (_, pipeline) = found.expect("a prepared number of lights");
-        let device = self.context.device();
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: to.image.extent() };
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(self.pass)
-            .framebuffer(to.framebuffer)
-            .render_area(area);
-        let (point, layout) = (vk::PipelineBindPoint::GRAPHICS, view.layout.raw());
-        // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made
-        // for this pass and layout.
-        unsafe {
-            device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
-            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
-            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[view.set.raw()], &[]);
-            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, &first.to_ne_bytes());
-            device.cmd_draw(cmd, 3, count, 0, 0);
-            device.cmd_end_render_pass(cmd);
-        }
+    fn target(&self) -> &Pictures {
+        self.pictures.as_ref().expect("allocated before use")
     }
 
     fn pipeline(&self, view: &ViewMemory, lights: usize) -> Result<Pipeline> {
@@ -186,6 +159,85 @@ impl Draw {
             .render_pass(self.pass);
         Pipeline::graphics(&self.context, "population", info)
     }
+}
+
+impl Draw for StoredDraw {
+    fn stem(&self) -> &'static str {
+        "population"
+    }
+
+    fn pixel_bytes(&self) -> u64 {
+        4
+    }
+
+    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
+        if self.pipelines.iter().all(|(l, _)| *l != lights) {
+            let pipeline = self.pipeline(view, lights)?;
+            self.pipelines.push((lights, pipeline));
+        }
+        Ok(())
+    }
+
+    fn allocate(&mut self, [width, height]: [u32; 2], count: u32, _lights: &Buffer) -> Result<()> {
+        // The old pictures go first, so that the two need not fit together.
+        self.pictures = None;
+        let image = pictures(&self.context, [width, height], count)?;
+        let views = [image.view()];
+        let info = vk::FramebufferCreateInfo::default()
+            .render_pass(self.pass)
+            .attachments(&views)
+            .width(width)
+            .height(height)
+            .layers(count);
+        // SAFETY: pass and view are alive; the pictures keep the view.
+        let framebuffer = unsafe { self.context.device().create_framebuffer(&info, None) }
+            .call("vkCreateFramebuffer")?;
+        self.pictures = Some(Pictures { image, framebuffer, context: Arc::clone(&self.context) });
+        Ok(())
+    }
+
+    fn pictures(&self) -> &Image {
+        &self.target().image
+    }
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        let found = self.pipelines.iter().find(|(l, _)| *l == lights);
+        let (_, pipeline) = found.expect("a prepared number of lights");
+        let to = self.target();
+        let device = self.context.device();
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: to.image.extent() };
+        let begin = vk::RenderPassBeginInfo::default()
+            .render_pass(self.pass)
+            .framebuffer(to.framebuffer)
+            .render_area(area);
+        let (point, layout) = (vk::PipelineBindPoint::GRAPHICS, view.layout.raw());
+        // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made
+        // for this pass and layout.
+        unsafe {
+            device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
+            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
+            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[view.set.raw()], &[]);
+            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(chunk));
+            device.cmd_draw(cmd, 3, count, 0, 0);
+            device.cmd_end_render_pass(cmd);
+        }
+    }
+}
+
+/// An image of `count` pictures.
+///
+/// # Errors
+/// What the device reports.
+pub fn pictures(context: &Arc<Context>, [width, height]: [u32; 2], count: u32) -> Result<Image> {
+    let layers = Some(count);
+    let (name, format, usage) = ("pictures", FORMAT, USAGE);
+    Image::new(context, &ImageDesc { name, format, width, height, layers, mips: 1, usage })
 }
 
 /// One colour attachment, wholly overwritten, that compute shaders read next.

@@ -1,5 +1,6 @@
 //! What klieg asks of a Vulkan device, in one place.
 
+use super::choice::Together;
 use super::instance::API_VERSION;
 use ash::vk;
 
@@ -105,6 +106,22 @@ pub(super) fn full_indices(instance: &ash::Instance, device: vk::PhysicalDevice)
     // SAFETY: `device` is a physical device of `instance`.
     let features = unsafe { instance.get_physical_device_features(device) };
     features.full_draw_index_uint32 == vk::TRUE
+}
+
+/// What the invocations of compute shaders can do together; `device` has Vulkan 1.1 or later.
+pub(super) fn together(instance: &ash::Instance, device: vk::PhysicalDevice) -> Together {
+    let mut subgroups = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut chain = vk::PhysicalDeviceProperties2::default().push_next(&mut subgroups);
+    // SAFETY: `device` is a physical device of `instance`; the chain outlives the call.
+    unsafe { instance.get_physical_device_properties2(device, &mut chain) };
+    let limits = chain.properties.limits;
+    let compute = subgroups.supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
+    Together {
+        subgroup: subgroups.subgroup_size,
+        operations: if compute { subgroups.supported_operations } else { Default::default() },
+        group: limits.max_compute_work_group_invocations,
+        shared: limits.max_compute_shared_memory_size,
+    }
 }
 
 /// Bytes of the largest single piece of memory that the device, of Vulkan 1.1 or later, can give.

@@ -1,11 +1,12 @@
-//! Uploads through one staging buffer of bounded size.
+//! Uploads through one staging buffer of bounded size, and reading buffers back.
 
 use super::Context;
-use super::commands::{COPY_WRITE, Commands};
+use super::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::memory::{Access, Buffer, Image};
 use crate::Result;
 use crate::scene::TextureLevel;
 use ash::vk;
+use bytemuck::Pod;
 use std::sync::Arc;
 
 /// Bytes of the staging buffer: many rows of the widest texture that a device may have.
@@ -134,4 +135,26 @@ impl<'a> Uploader<'a> {
         self.copies.clear();
         Ok(())
     }
+}
+
+/// Reads the first `count` elements of a buffer that compute shaders wrote and copies may read.
+///
+/// # Errors
+/// What the device reports.
+pub fn read_buffer<T: Pod>(context: &Arc<Context>, from: &Buffer, count: usize) -> Result<Vec<T>> {
+    let mut out = vec![T::zeroed(); count];
+    let (size, usage) = (size_of_val(&out[..]) as u64, vk::BufferUsageFlags::TRANSFER_DST);
+    if size == 0 {
+        return Ok(out);
+    }
+    let to = Buffer::new(context, "readback", size, usage, Access::Readback)?;
+    Commands::once(context, |cmd| {
+        let region = [vk::BufferCopy::default().size(size)];
+        // SAFETY: both buffers are alive and hold so many bytes.
+        unsafe { context.device().cmd_copy_buffer(cmd, from.raw(), to.raw(), &region) };
+        context.barrier(cmd, COPY_WRITE, HOST_READ);
+        Ok(())
+    })?;
+    to.read(&mut out);
+    Ok(out)
 }

@@ -19,7 +19,7 @@
 //! visible to compute and fragment shaders before the commands end.
 
 use super::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_WRITE, Commands, NOTHING};
-use super::layout::{self, Parameters, ViewStatistics, binding};
+use super::layout::{self, Chunk, Parameters, ViewStatistics, binding};
 use super::memory::{Access, Buffer, Image, ImageDesc};
 use super::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
 use super::{Context, shaders};
@@ -35,8 +35,8 @@ use std::sync::Arc;
 /// Invocations of a work group of the stages that work pixel by pixel: columns and rows.
 pub const PIXEL_GROUP: [u32; 2] = [32, 2];
 
-/// Push constants of the view's stages: one `u32`.
-pub const PUSH_BYTES: u32 = 4;
+/// Push constants of the view's stages: [`Chunk`].
+pub const PUSH_BYTES: u32 = size_of::<Chunk>() as u32;
 /// Who reads the push constants.
 pub const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
     vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::COMPUTE.as_raw(),
@@ -203,13 +203,13 @@ impl ViewMemory {
         Ok(memory)
     }
 
-    /// Records a compute stage: its pipeline, the view's set, the push constant, the dispatch.
+    /// Records a compute stage: its pipeline, the view's set, the push constants, the dispatch.
     pub fn dispatch(
         &self,
         cmd: vk::CommandBuffer,
         pipeline: &Pipeline,
         groups: [u32; 3],
-        push: u32,
+        push: &Chunk,
     ) {
         let device = self.context.device();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
@@ -217,7 +217,7 @@ impl ViewMemory {
         unsafe {
             device.cmd_bind_pipeline(cmd, point, pipeline.raw());
             device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[self.set.raw()], &[]);
-            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, &push.to_ne_bytes());
+            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(push));
             device.cmd_dispatch(cmd, groups[0], groups[1], groups[2]);
         }
     }
@@ -242,7 +242,7 @@ impl Reflectance {
 
     /// Records the stage. G-buffer and types must be visible to compute shaders.
     pub fn record(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
-        view.dispatch(cmd, &self.0, view.pixel_groups(), 0);
+        view.dispatch(cmd, &self.0, view.pixel_groups(), &Chunk::default());
         view.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
     }
 }

@@ -24,7 +24,7 @@ pub struct GeneticSettings {
     pub elitism: f32,
     /// Probability that a child is a blend of two parents rather than a copy of one.
     pub crossover: f32,
-    /// Probability that one of a child's alleles is moved.
+    /// Probability with which each of a child's alleles is moved.
     pub mutation: f32,
     /// Standard deviation of that move, as a share of the allele's range.
     pub mutation_step: f32,
@@ -154,10 +154,11 @@ impl Genetic {
                 *allele = (low + self.rng.random::<f32>() * (high - low)).clamp(low, high);
             }
         }
-        if self.rng.random_bool(f64::from(self.settings.mutation)) {
-            let at = self.rng.random_range(0..child.len());
-            let share = self.settings.mutation_step;
-            child[at] = self.bounds[at].step(child[at], share, &mut self.rng);
+        let (rate, share) = (f64::from(self.settings.mutation), self.settings.mutation_step);
+        for (allele, range) in child.iter_mut().zip(&self.bounds) {
+            if self.rng.random_bool(rate) {
+                *allele = range.step(*allele, share, &mut self.rng);
+            }
         }
         child
     }

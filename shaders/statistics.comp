@@ -1,0 +1,107 @@
+#version 460
+// Histogram, moments and gradients of a block of individuals. An invocation walks along a run of
+// object pixels, with its neighbours above and below, and keeps its sums in registers: no shared
+// memory, no atomics. Twins: cpu::histogram, cpu::moments, cpu::gradient.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#include "pixels.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 0) const uint GROUP = 8;
+layout(constant_id = 1) const uint PIXELS = 128; // of an invocation; at most 255, as a byte counts them
+layout(constant_id = 2) const uint BINS = 32;
+const uint WORDS = BINS / 4;
+
+// Three brightnesses side by side; those of the middle and the left one wander on to the next pixel.
+struct Row {
+    vec4 left;
+    vec4 middle;
+    vec4 right;
+};
+
+// The brightnesses of neighbours k, k + 1 and k + 2, or the centre's where they are not there.
+Row present_or(Row row, uint present, uint k, vec4 center) {
+    return Row((present >> k & 1) != 0 ? row.left : center,
+        (present >> k + 1 & 1) != 0 ? row.middle : center,
+        (present >> k + 2 & 1) != 0 ? row.right : center);
+}
+
+void main() {
+    uint objects = view_statistics.surface + view_statistics.edge;
+    uint base = gl_WorkGroupID.y * positions.length();
+    uint words[BLOCK][WORDS];
+    [[unroll]] for (uint i = 0; i < BLOCK; ++i) {
+        [[unroll]] for (uint w = 0; w < WORDS; ++w) {
+            words[i][w] = 0;
+        }
+    }
+    uint first = gl_GlobalInvocationID.x * PIXELS;
+    uint end = min(first + PIXELS, objects);
+    vec4 origin = brightness[base + min(first, objects - 1)];
+    vec4 sum = vec4(0.0);
+    vec4 squares = vec4(0.0);
+    vec4 surface = vec4(0.0);
+    vec4 edge = vec4(0.0);
+    Row above;
+    Row here;
+    Row below;
+    bool follows = false; // whether the pixel before is the left neighbour
+    for (uint number = first; number < end; ++number) {
+        Taps at = taps[number];
+        uint present = at.present;
+        uint last = base + objects - 1;
+        if (follows) {
+            above.left = above.middle;
+            here.left = here.middle;
+            below.left = below.middle;
+            above.middle = above.right;
+            here.middle = here.right;
+            below.middle = below.right;
+        } else {
+            above.left = brightness[clamp(base + at.up - 1, base, last)];
+            above.middle = brightness[min(base + at.up, last)];
+            here.left = brightness[clamp(base + number - 1, base, last)];
+            here.middle = brightness[base + number];
+            below.left = brightness[clamp(base + at.down - 1, base, last)];
+            below.middle = brightness[min(base + at.down, last)];
+        }
+        above.right = brightness[min(base + at.up + (present >> 1 & 1), last)];
+        here.right = brightness[min(base + number + 1, last)];
+        below.right = brightness[min(base + at.down + (present >> 7 & 1), last)];
+        follows = (present >> 5 & 1) != 0;
+
+        vec4 center = here.middle;
+        Row a = present_or(above, present, 0, center);
+        Row h = present_or(here, present, 3, center);
+        Row b = present_or(below, present, 6, center);
+        vec4 x = (a.right + 2.0 * h.right + b.right) - (a.left + 2.0 * h.left + b.left);
+        vec4 y = (b.left + 2.0 * b.middle + b.right) - (a.left + 2.0 * a.middle + a.right);
+        vec4 slope = sqrt(x * x + y * y) / 8.0;
+        bool inner = at.kind == SURFACE;
+        surface += inner ? slope : vec4(0.0);
+        edge += inner ? vec4(0.0) : min(slope / parameters.edge_contrast, vec4(1.0));
+        vec4 distance = center - origin;
+        sum += distance;
+        squares += distance * distance;
+        uvec4 bin = min(uvec4(center * float(BINS)), uvec4(BINS - 1));
+        uvec4 one = uvec4(1) << (8 * (bin & 3));
+        [[unroll]] for (uint j = 0; j < BLOCK; ++j) {
+            [[unroll]] for (uint w = 0; w < WORDS; ++w) {
+                words[j][w] += (bin[j] >> 2) == w ? one[j] : 0u;
+            }
+        }
+    }
+    uint count = end > first ? end - first : 0;
+    vec4 mean = count > 0 ? sum / float(count) : vec4(0.0);
+    vec4 deviation = max(squares - sum * mean, vec4(0.0));
+    uint entries = chunk.entries;
+    uint entry = gl_WorkGroupID.y * BLOCK * entries + gl_GlobalInvocationID.x;
+    [[unroll]] for (uint j = 0; j < BLOCK; ++j) {
+        [[unroll]] for (uint w = 0; w < WORDS; ++w) {
+            histogram_parts[entry * WORDS + w] = words[j][w];
+        }
+        moment_parts[entry] = Moments(count, count > 0 ? origin[j] + mean[j] : 0.0, deviation[j]);
+        gradient_parts[entry] = Gradient(surface[j], edge[j]);
+        entry += entries;
+    }
+}

@@ -1,0 +1,217 @@
+#version 460
+// Statistics of a block of individuals over one tile of the picture: the surface is read once, the
+// brightnesses of tile and border stand in shared memory, and subgroups add up. Nothing of the
+// pictures is kept, save the first. Twins: cpu::population, cpu::histogram, cpu::moments,
+// cpu::gradient.
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#include "layout.glsl"
+#include "shading.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 0) const uint GROUP = 256;
+layout(constant_id = 1) const uint LIGHTS = 1;
+layout(constant_id = 2) const uint SUBGROUP = 32; // invocations
+layout(constant_id = 3) const uint SIDE = 32; // of a tile, pixels
+layout(constant_id = 4) const uint BLOCK = 4; // individuals
+
+const uint FRAME = SIDE + 2; // the same with its border
+const uint AREA = FRAME * FRAME;
+const uint SHADED = (AREA + GROUP - 1) / GROUP; // pixels of an invocation, with the border
+const uint PIXELS = SIDE * SIDE / GROUP; // and without
+const uint SUBGROUPS = GROUP / SUBGROUP;
+const uint BIN_BITS = 5;
+const uint BINS = 1 << BIN_BITS;
+const uint WORDS = BINS / 2;
+const uint OWN = SUBGROUP < BINS ? BINS / SUBGROUP : 1; // bins that an invocation counts
+
+struct Tile {
+    uint column; // of tiles
+    uint row;
+    uint origin; // an object pixel's place in the frame
+};
+layout(set = 1, binding = 0, std430) readonly buffer Tiles { Tile tiles[]; };
+layout(set = 1, binding = 1, std430) writeonly buffer Picture { float picture[]; };
+
+shared vec4 light_places[BLOCK * LIGHTS];
+shared vec2 light_strengths[BLOCK * LIGHTS];
+// One frame is written while the last one is still read.
+shared float frames[2 * AREA];
+shared uint bins[BLOCK * SUBGROUPS * BINS];
+shared vec4 sums[BLOCK * SUBGROUPS]; // distances from the origin, their squares, SURFACE, EDGE
+shared float origins[BLOCK];
+shared uint counts[SUBGROUPS];
+
+void load_lights(uint first) {
+    for (uint i = gl_LocalInvocationIndex; i < BLOCK * LIGHTS; i += GROUP) {
+        Light light = lights[first + i];
+        light_places[i] = vec4(light.position, light.radius2);
+        light_strengths[i] = vec2(light.diffuse, light.specular);
+    }
+}
+
+// Adds a bin of each invocation to the counts of each bin, whose owners see it in five votes: no
+// atomics, and equally fast for every picture.
+void count_bins(bool object, uint bin, inout uint counted[OWN]) {
+    uvec4 present = subgroupBallot(object);
+    uvec4 votes[BIN_BITS];
+    [[unroll]] for (uint k = 0; k < BIN_BITS; ++k) {
+        votes[k] = subgroupBallot((bin >> k & 1) != 0);
+    }
+    [[unroll]] for (uint o = 0; o < OWN; ++o) {
+        uint own = gl_SubgroupInvocationID + o * SUBGROUP;
+        uvec4 same = present;
+        [[unroll]] for (uint k = 0; k < BIN_BITS; ++k) {
+            same &= (own >> k & 1) != 0 ? votes[k] : ~votes[k];
+        }
+        counted[o] += subgroupBallotBitCount(same);
+    }
+}
+
+float tap(uint at, float center) {
+    float value = frames[at];
+    return value < 0.0 ? center : value;
+}
+
+// Length of the gradient around a place of the frames.
+float slope(uint at, float center) {
+    float a = tap(at - FRAME - 1, center);
+    float b = tap(at - FRAME, center);
+    float c = tap(at - FRAME + 1, center);
+    float d = tap(at - 1, center);
+    float f = tap(at + 1, center);
+    float g = tap(at + FRAME - 1, center);
+    float h = tap(at + FRAME, center);
+    float i = tap(at + FRAME + 1, center);
+    return length(vec2((c + 2.0 * f + i) - (a + 2.0 * d + g),
+        (g + 2.0 * h + i) - (a + 2.0 * b + c))) / 8.0;
+}
+
+// Adds up the subgroups and writes the block's partial results of the tile.
+void write_parts() {
+    uint first = gl_WorkGroupID.y * BLOCK * chunk.entries + gl_WorkGroupID.x;
+    for (uint k = gl_LocalInvocationIndex; k < BLOCK * WORDS; k += GROUP) {
+        uint i = k / WORDS;
+        uint word = k % WORDS;
+        uint total = 0;
+        for (uint s = 0; s < SUBGROUPS; ++s) {
+            uint at = (i * SUBGROUPS + s) * BINS + 2 * word;
+            total += bins[at] | bins[at + 1] << 16;
+        }
+        histogram_parts[(first + i * chunk.entries) * WORDS + word] = total;
+    }
+    uint i = gl_LocalInvocationIndex;
+    if (i < BLOCK) {
+        vec4 total = vec4(0.0);
+        uint count = 0;
+        for (uint s = 0; s < SUBGROUPS; ++s) {
+            total += sums[i * SUBGROUPS + s];
+            count += counts[s];
+        }
+        float mean = total.x / float(count); // a tile in the list has an object pixel
+        float deviation = max(total.y - total.x * mean, 0.0);
+        moment_parts[first + i * chunk.entries] = Moments(count, origins[i] + mean, deviation);
+        gradient_parts[first + i * chunk.entries] = Gradient(total.z, total.w);
+    }
+}
+
+void main() {
+    uint lane = gl_LocalInvocationIndex;
+    Tile tile = tiles[gl_WorkGroupID.x];
+    ivec2 corner = ivec2(tile.column, tile.row) * int(SIDE);
+    uint first = chunk.first + gl_WorkGroupID.y * BLOCK;
+    load_lights(first * LIGHTS);
+
+    vec4 places[SHADED];
+    vec4 facings[SHADED];
+    vec2 looks[SHADED];
+    bool objects[SHADED];
+    [[unroll]] for (uint k = 0; k < SHADED; ++k) {
+        uint at = lane + k * GROUP;
+        ivec2 pixel = corner - 1 + ivec2(at % FRAME, at / FRAME);
+        bool inside = at < AREA && all(greaterThanEqual(pixel, ivec2(0)))
+            && all(lessThan(pixel, ivec2(parameters.size)));
+        pixel = inside ? pixel : corner;
+        vec3 look = texelFetch(surface_2, pixel, 0).xyz; // specular, unlit, type
+        places[k] = texelFetch(surface_0, pixel, 0);
+        facings[k] = texelFetch(surface_1, pixel, 0);
+        looks[k] = look.xy;
+        objects[k] = inside && look.z > 0.0;
+    }
+    uint kinds[PIXELS];
+    uint pixel_count = 0;
+    [[unroll]] for (uint k = 0; k < PIXELS; ++k) {
+        uint at = lane + k * GROUP;
+        ivec2 pixel = corner + ivec2(at % SIDE, at / SIDE);
+        bool inside = all(lessThan(pixel, ivec2(parameters.size)));
+        kinds[k] = inside ? imageLoad(type_map, pixel).x : BACKGROUND;
+        pixel_count += kinds[k] != BACKGROUND ? 1 : 0;
+    }
+    barrier();
+    for (uint i = 0; i < BLOCK; ++i) {
+        uint frame = (i & 1) * AREA;
+        [[unroll]] for (uint k = 0; k < SHADED; ++k) {
+            uint at = lane + k * GROUP;
+            float value = NO_OBJECT;
+            if (objects[k]) {
+                vec3 p = places[k].xyz;
+                vec3 v = to_viewer(p);
+                vec2 response = vec2(0.0);
+                for (uint l = 0; l < LIGHTS; ++l) {
+                    uint light = i * LIGHTS + l;
+                    response += light_response(light_places[light], light_strengths[light], p,
+                        facings[k].xyz, v, places[k].w);
+                }
+                value = srgb_encode(
+                    looks[k].y + response.x * facings[k].w + response.y * looks[k].x);
+            }
+            if (at < AREA) {
+                frames[frame + at] = value;
+            }
+        }
+        barrier();
+        float origin = frames[frame + tile.origin];
+        vec4 sum = vec4(0.0);
+        uint counted[OWN];
+        [[unroll]] for (uint o = 0; o < OWN; ++o) {
+            counted[o] = 0;
+        }
+        [[unroll]] for (uint k = 0; k < PIXELS; ++k) {
+            uint pixel = lane + k * GROUP;
+            uint x = pixel % SIDE;
+            uint y = pixel / SIDE;
+            uint at = frame + (y + 1) * FRAME + x + 1;
+            bool object = kinds[k] != BACKGROUND;
+            float center = frames[at];
+            float distance = object ? center - origin : 0.0;
+            float steep = slope(at, center);
+            sum += vec4(distance, distance * distance, kinds[k] == SURFACE ? steep : 0.0,
+                kinds[k] == EDGE ? min(steep / parameters.edge_contrast, 1.0) : 0.0);
+            count_bins(object, min(uint(max(center, 0.0) * float(BINS)), BINS - 1), counted);
+            if (object && gl_WorkGroupID.y == 0 && i == 0) {
+                picture[(uint(corner.y) + y) * parameters.size.x + uint(corner.x) + x] = center;
+            }
+        }
+        sum = subgroupAdd(sum);
+        uint count = subgroupAdd(pixel_count);
+        uint at = i * SUBGROUPS + gl_SubgroupID;
+        if (subgroupElect()) {
+            sums[at] = sum;
+            counts[gl_SubgroupID] = count;
+        }
+        [[unroll]] for (uint o = 0; o < OWN; ++o) {
+            uint own = gl_SubgroupInvocationID + o * SUBGROUP;
+            if (own < BINS) {
+                bins[at * BINS + own] = counted[o];
+            }
+        }
+        if (lane == 0) {
+            origins[i] = origin;
+        }
+    }
+    barrier();
+    write_parts();
+}

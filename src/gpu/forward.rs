@@ -1,0 +1,243 @@
+//! The stage `forward`: one batched draw of the scene's own geometry, N instances of every mesh, each
+//! picture with its own depth. It costs N times the triangles; it checks that the stored surface is
+//! right, and is what the other pipelines are measured against.
+
+use super::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
+use super::drawable::{DrawPipeline, Drawable};
+use super::layout::Chunk;
+use super::memory::{Buffer, Image, ImageDesc};
+use super::pipeline::{DescriptorSet, Pipeline};
+use super::population::{self, Draw, FORMAT};
+use super::view::ViewMemory;
+use super::{Call, Context, geometry, shaders};
+use crate::Result;
+use ash::vk;
+use std::sync::Arc;
+
+/// Components that the vertices hand to the fragments, 24 of the surface and 96 of the lights, and
+/// behind them those of the position and the layer.
+const COMPONENTS: u32 = 120;
+const BUILT_IN: u32 = 5;
+/// The value of pixels that nothing covers: `NO_OBJECT` of `shaders/include/layout.glsl`.
+const NO_OBJECT: f32 = -1.0;
+
+/// The draw, with a pipeline for each number of lights seen.
+pub struct ForwardDraw {
+    target: Option<Target>,
+    pipelines: Vec<(usize, Pipeline)>,
+    pass: vk::RenderPass,
+    layout: vk::PipelineLayout,
+    lights: DescriptorSet,
+    scene: Drawable,
+    context: Arc<Context>,
+}
+
+/// The pictures of a chunk with their depths.
+struct Target {
+    pictures: Image,
+    framebuffer: vk::Framebuffer,
+    _depth: Image,
+    context: Arc<Context>,
+}
+
+impl Drop for Target {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the draw before they drop its target.
+        unsafe { self.context.device().destroy_framebuffer(self.framebuffer, None) };
+    }
+}
+
+impl Drop for ForwardDraw {
+    fn drop(&mut self) {
+        let device = self.context.device();
+        // SAFETY: owners wait for the draw before they drop it; null handles are allowed.
+        unsafe {
+            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_render_pass(self.pass, None);
+        }
+    }
+}
+
+impl ForwardDraw {
+    /// # Errors
+    /// [`crate::Error::Unsupported`] when the device cannot hand so much to the fragments, and what
+    /// it reports.
+    pub fn new(context: &Arc<Context>, scene: Drawable) -> Result<Self> {
+        let limits = context.limits();
+        let components = limits
+            .max_fragment_input_components
+            .min(limits.max_vertex_output_components - BUILT_IN);
+        if components < COMPONENTS {
+            let lacks = format!("{COMPONENTS} varying components (it has {components})");
+            return Err(geometry::unsupported(context, lacks));
+        }
+        let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX);
+        let lights = DescriptorSet::new(context, "forward", &[(0, kind.0, kind.1)])?;
+        let mut draw = Self {
+            target: None,
+            pipelines: Vec::new(),
+            pass: vk::RenderPass::null(),
+            layout: vk::PipelineLayout::null(),
+            lights,
+            scene,
+            context: Arc::clone(context),
+        };
+        draw.pass = render_pass(context)?;
+        draw.layout = draw.scene.layout(&[draw.lights.layout()])?;
+        Ok(draw)
+    }
+
+    fn target(&self) -> &Target {
+        self.target.as_ref().expect("allocated before use")
+    }
+}
+
+impl Draw for ForwardDraw {
+    fn stem(&self) -> &'static str {
+        "forward"
+    }
+
+    fn pixel_bytes(&self) -> u64 {
+        8
+    }
+
+    fn most_pictures(&self) -> u32 {
+        // A draw's instances are counted in 32 bits.
+        u32::MAX / self.scene.most_instances().max(1)
+    }
+
+    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
+        if self.pipelines.iter().all(|(l, _)| *l != lights) {
+            let [width, height] = view.size;
+            let pipeline = DrawPipeline {
+                stem: "forward",
+                shaders: [shaders::FORWARD_VERT, shaders::FORWARD_FRAG],
+                constants: &[lights as u32],
+                layout: self.layout,
+                pass: (self.pass, 1),
+                extent: vk::Extent2D { width, height },
+            };
+            self.pipelines.push((lights, pipeline.create(&self.context)?));
+        }
+        Ok(())
+    }
+
+    fn allocate(&mut self, [width, height]: [u32; 2], count: u32, lights: &Buffer) -> Result<()> {
+        // The old pictures go first, so that the two need not fit together.
+        self.target = None;
+        let pictures = population::pictures(&self.context, [width, height], count)?;
+        let depth = ImageDesc {
+            name: "forward depth",
+            format: vk::Format::D32_SFLOAT,
+            width,
+            height,
+            layers: Some(count),
+            mips: 1,
+            usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+        };
+        let depth = Image::new(&self.context, &depth)?;
+        let views = [pictures.view(), depth.view()];
+        let info = vk::FramebufferCreateInfo::default()
+            .render_pass(self.pass)
+            .attachments(&views)
+            .width(width)
+            .height(height)
+            .layers(count);
+        // SAFETY: pass and views are alive; the target keeps the views.
+        let framebuffer = unsafe { self.context.device().create_framebuffer(&info, None) }
+            .call("vkCreateFramebuffer")?;
+        let context = Arc::clone(&self.context);
+        self.target = Some(Target { pictures, framebuffer, _depth: depth, context });
+        self.lights.write_buffer(0, lights);
+        Ok(())
+    }
+
+    fn pictures(&self) -> &Image {
+        &self.target().pictures
+    }
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        _view: &ViewMemory,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        let found = self.pipelines.iter().find(|(l, _)| *l == lights);
+        let (_, pipeline) = found.expect("a prepared number of lights");
+        let device = self.context.device();
+        let target = self.target();
+        let background = vk::ClearColorValue { float32: [NO_OBJECT, 0.0, 0.0, 0.0] };
+        // With reversed depth 0 is the far plane.
+        let clear = [vk::ClearValue { color: background }, vk::ClearValue::default()];
+        let begin = vk::RenderPassBeginInfo::default()
+            .render_pass(self.pass)
+            .framebuffer(target.framebuffer)
+            .render_area(target.pictures.extent().into())
+            .clear_values(&clear);
+        let (point, set) = (vk::PipelineBindPoint::GRAPHICS, [self.lights.raw()]);
+        // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made
+        // for this pass and layout.
+        unsafe {
+            device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
+            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
+            device.cmd_bind_descriptor_sets(cmd, point, self.layout, 2, &set, &[]);
+            self.scene.record(cmd, self.layout, (chunk.first * lights as u32, Some(count)));
+            device.cmd_end_render_pass(cmd);
+        }
+    }
+}
+
+/// A cleared colour attachment that compute shaders read next, and a depth that is only tested.
+fn render_pass(context: &Arc<Context>) -> Result<vk::RenderPass> {
+    use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
+    let attachment = |format, store, layout| {
+        vk::AttachmentDescription::default()
+            .format(format)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .store_op(store)
+            .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
+            .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
+            .initial_layout(vk::ImageLayout::UNDEFINED)
+            .final_layout(layout)
+    };
+    let depth_layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+    let shader_layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+    let attachments = [
+        attachment(FORMAT, vk::AttachmentStoreOp::STORE, shader_layout),
+        attachment(vk::Format::D32_SFLOAT, vk::AttachmentStoreOp::DONT_CARE, depth_layout),
+    ];
+    let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+    let colors = [vk::AttachmentReference { attachment: 0, layout }];
+    let depth = vk::AttachmentReference { attachment: 1, layout: depth_layout };
+    let subpasses = [vk::SubpassDescription::default()
+        .pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS)
+        .color_attachments(&colors)
+        .depth_stencil_attachment(&depth)];
+    let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
+    let depth_write = Access::DEPTH_STENCIL_ATTACHMENT_WRITE;
+    let dependencies = [
+        // The chunk before has been read, and its depth written.
+        vk::SubpassDependency::default()
+            .src_subpass(vk::SUBPASS_EXTERNAL)
+            .dst_subpass(0)
+            .src_stage_mask(COMPUTE_READ.0 | COPY_READ.0 | tests)
+            .src_access_mask(COMPUTE_READ.1 | COPY_READ.1 | depth_write)
+            .dst_stage_mask(COLOR_WRITE.0 | tests)
+            .dst_access_mask(COLOR_WRITE.1 | depth_write | Access::DEPTH_STENCIL_ATTACHMENT_READ),
+        vk::SubpassDependency::default()
+            .src_subpass(0)
+            .dst_subpass(vk::SUBPASS_EXTERNAL)
+            .src_stage_mask(COLOR_WRITE.0)
+            .src_access_mask(COLOR_WRITE.1)
+            .dst_stage_mask(COMPUTE_READ.0 | COPY_READ.0)
+            .dst_access_mask(COMPUTE_READ.1 | COPY_READ.1),
+    ];
+    let info = vk::RenderPassCreateInfo::default()
+        .attachments(&attachments)
+        .subpasses(&subpasses)
+        .dependencies(&dependencies);
+    // SAFETY: the device is alive; `info` is complete.
+    unsafe { context.device().create_render_pass(&info, None) }.call("vkCreateRenderPass")
+}

@@ -1,0 +1,125 @@
+//! The pipelines `layered` and `forward`: a draw makes the pictures, `histogram`, `moments` and
+//! `gradient` reduce them.
+
+use super::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
+use super::generation::Measure;
+use super::layout::{Chunk, binding};
+use super::memory::{Access, Buffer};
+use super::pipeline::Pipeline;
+use super::population::{self, Draw};
+use super::view::ViewMemory;
+use super::{Context, shaders};
+use crate::Result;
+use crate::objective::HISTOGRAM_BINS;
+use ash::vk;
+use std::sync::Arc;
+
+/// Invocations of a work group of the reductions, along a row.
+const COLUMNS: u32 = 64;
+/// Rows of a strip of `histogram`; at most 255, as it counts in bytes.
+const HISTOGRAM_ROWS: u32 = 128;
+/// Rows of a strip of `moments` and `gradient`.
+const ROWS: u32 = 32;
+
+/// The draw, its pictures and their reductions.
+pub struct Layered {
+    draw: Box<dyn Draw + Send>,
+    reductions: [(&'static str, Pipeline, [u32; 2]); 3],
+    size: [u32; 2],
+    context: Arc<Context>,
+}
+
+impl Layered {
+    /// # Errors
+    /// What the device reports.
+    pub fn new(
+        context: &Arc<Context>,
+        view: &ViewMemory,
+        draw: Box<dyn Draw + Send>,
+    ) -> Result<Self> {
+        let reduction = |stem, spirv, rows, constants: &[u32]| {
+            let pipeline = Pipeline::compute(context, stem, spirv, &view.layout, constants)?;
+            let [width, height] = view.size;
+            Ok((stem, pipeline, [width.div_ceil(COLUMNS), height.div_ceil(rows)]))
+        };
+        let bins = [COLUMNS, HISTOGRAM_ROWS, HISTOGRAM_BINS as u32];
+        let sums = [COLUMNS, ROWS];
+        Ok(Self {
+            draw,
+            reductions: [
+                reduction("histogram", shaders::HISTOGRAM_COMP, HISTOGRAM_ROWS, &bins)?,
+                reduction("moments", shaders::MOMENTS_COMP, ROWS, &sums)?,
+                reduction("gradient", shaders::GRADIENT_COMP, ROWS, &sums)?,
+            ],
+            size: view.size,
+            context: Arc::clone(context),
+        })
+    }
+}
+
+impl Measure for Layered {
+    fn entries(&self) -> [u32; 2] {
+        [HISTOGRAM_ROWS, ROWS].map(|rows| self.size[0] * self.size[1].div_ceil(rows))
+    }
+
+    /// What layers, image size and memory allow.
+    fn largest_chunk(&self) -> Result<u32> {
+        let image = self.context.image_limits(population::FORMAT, population::USAGE)?;
+        let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
+        let memory = self.context.picture_memory().min(image.max_resource_size);
+        let groups = self.context.limits().max_compute_work_group_count[2];
+        let layers = self.context.report().max_layers.min(image.max_array_layers).min(groups);
+        let most = layers.min(self.draw.most_pictures());
+        Ok(u64::from(most).min((memory / (self.draw.pixel_bytes() * pixels)).max(1)) as u32)
+    }
+
+    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
+        self.draw.prepare(view, lights)
+    }
+
+    fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
+        self.draw.allocate(self.size, chunk, lights)?;
+        let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+        view.set.write_image(binding::PICTURES, self.draw.pictures(), layout);
+        Ok(())
+    }
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        timer: &mut StageTimer,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        timer.stage(cmd, self.draw.stem(), || {
+            self.draw.record(cmd, view, (chunk, count), lights);
+        });
+        for (stem, pipeline, [x, y]) in &self.reductions {
+            timer.stage(cmd, stem, || view.dispatch(cmd, pipeline, [*x, *y, count], chunk));
+        }
+    }
+
+    fn first_picture(&self) -> Result<Vec<f32>> {
+        let pixels = self.size[0] as usize * self.size[1] as usize;
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let size = 4 * pixels as u64;
+        let out = Buffer::new(&self.context, "picture", size, usage, Access::Readback)?;
+        Commands::once(&self.context, |cmd| {
+            let image = self.draw.pictures();
+            // The draw leaves the pictures to shaders.
+            let shader = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+            let copy = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+            self.context.transition(cmd, image, (shader, copy), COPY_READ, COPY_READ);
+            self.context.download(cmd, (image, copy, 0), &out);
+            self.context.transition(cmd, image, (copy, shader), COPY_READ, COPY_READ);
+            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
+            Ok(())
+        })?;
+        let mut picture = vec![0.0; pixels];
+        out.read(&mut picture);
+        // The device marks the background by a negative value.
+        picture.iter_mut().for_each(|value: &mut f32| *value = value.max(0.0));
+        Ok(picture)
+    }
+}

@@ -1,0 +1,178 @@
+//! The surface without its background: the list of object pixels that the stages of `compute` visit.
+//! `pixel_rows` and `pixels` make it once for each view; `shaders/include/pixels.glsl` declares its
+//! set.
+
+use super::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, Commands};
+use super::layout::{Chunk, Taps, pixel_binding, pixel_bindings};
+use super::memory::Buffer;
+use super::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
+use super::view::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
+use super::{Context, geometry, shaders};
+use crate::Result;
+use ash::vk;
+use std::sync::Arc;
+
+/// Invocations of a work group of `pixel_rows` and `pixels`: one for each row.
+const ROW_GROUP: u32 = 32;
+
+/// The object pixels of a view, row after row, on the device.
+pub struct Pixels {
+    /// How many there are.
+    pub count: u32,
+    /// For how many there is memory: the next multiple of what was asked for.
+    pub stride: u32,
+    /// Set 1 of the stages that visit object pixels.
+    pub set: DescriptorSet,
+    /// Layout of these stages: the view's set and this.
+    pub layout: PipelineLayout,
+    /// Their places in the picture: `y·width + x`.
+    pub places: Buffer,
+    _buffers: [Buffer; 5],
+    context: Arc<Context>,
+}
+
+impl Pixels {
+    /// Lists the object pixels, `count` in all, of a view whose records and types are there, with room
+    /// for a multiple of `multiple`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Unsupported`] when the list is more than the device's buffers can hold, and
+    /// what the device reports.
+    pub fn new(
+        context: &Arc<Context>,
+        view: &ViewMemory,
+        count: u32,
+        multiple: u32,
+    ) -> Result<Self> {
+        let stride = count.max(1).next_multiple_of(multiple);
+        let storage = |name, each: usize| {
+            geometry::storage_buffer(context, name, u64::from(stride) * each as u64)
+        };
+        let rows = geometry::storage_buffer(context, "pixel rows", 4 * u64::from(view.size[1]))?;
+        let taps = storage("pixel taps", size_of::<Taps>())?;
+        let places = storage("pixel places", 4)?;
+        let positions = storage("pixel positions", size_of::<[f32; 4]>())?;
+        let normals = storage("pixel normals", size_of::<[f32; 4]>())?;
+        let looks = storage("pixel looks", size_of::<[f32; 2]>())?;
+        let mut set = DescriptorSet::new(context, "pixels", &pixel_bindings())?;
+        for (number, buffer) in [
+            (pixel_binding::ROW_COUNTS, &rows),
+            (pixel_binding::TAPS, &taps),
+            (pixel_binding::PLACES, &places),
+            (pixel_binding::POSITIONS, &positions),
+            (pixel_binding::NORMALS, &normals),
+            (pixel_binding::LOOKS, &looks),
+        ] {
+            set.write_buffer(number, buffer);
+        }
+        let layout = PipelineLayout::new(context, &[&view.set, &set], PUSH_STAGES, PUSH_BYTES)?;
+        let _buffers = [taps, rows, positions, normals, looks];
+        let context = Arc::clone(context);
+        let pixels = Self { count, stride, set, layout, places, _buffers, context };
+        pixels.list(view)?;
+        Ok(pixels)
+    }
+
+    fn list(&self, view: &ViewMemory) -> Result<()> {
+        let stage =
+            |stem, spirv| Pipeline::compute(&self.context, stem, spirv, &self.layout, &[ROW_GROUP]);
+        let rows = stage("pixel_rows", shaders::PIXEL_ROWS_COMP)?;
+        let pixels = stage("pixels", shaders::PIXELS_COMP)?;
+        let groups = [view.size[1].div_ceil(ROW_GROUP), 1, 1];
+        Commands::once(&self.context, |cmd| {
+            self.dispatch(cmd, view, &rows, groups, &Chunk::default());
+            self.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
+            self.dispatch(cmd, view, &pixels, groups, &Chunk::default());
+            let readers = (COMPUTE_READ.0 | COPY_READ.0, COMPUTE_READ.1 | COPY_READ.1);
+            self.context.barrier(cmd, COMPUTE_WRITE, readers);
+            Ok(())
+        })
+    }
+
+    /// Records a stage that does not read the lights.
+    pub fn dispatch(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        pipeline: &Pipeline,
+        groups: [u32; 3],
+        push: &Chunk,
+    ) {
+        self.dispatch_lit(cmd, view, pipeline, groups, (push, 0));
+    }
+
+    /// Records a stage that reads the lights from the given byte of their buffer on.
+    pub fn dispatch_lit(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        pipeline: &Pipeline,
+        [x, y, z]: [u32; 3],
+        (push, window): (&Chunk, u32),
+    ) {
+        let device = self.context.device();
+        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
+        let sets = [view.set.raw(), self.set.raw()];
+        // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`,
+        // which has one dynamic offset.
+        unsafe {
+            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
+            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[window]);
+            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(push));
+            device.cmd_dispatch(cmd, x, y, z);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu;
+    use crate::gpu::{staging, testing};
+    use crate::lighting::shading::Shading;
+    use crate::objective::Objective;
+    use crate::objective::maps::{Maps, PixelType};
+
+    /// The device's list in the form of the twin's.
+    fn listed(context: &Arc<Context>, maps: &Maps, view: &ViewMemory) -> Vec<cpu::pixels::Pixel> {
+        let count = maps.counts.object();
+        let pixels = Pixels::new(context, view, count, 64).unwrap();
+        let [taps, ..] = &pixels._buffers;
+        let taps: Vec<Taps> = staging::read_buffer(context, taps, count as usize).unwrap();
+        let places: Vec<u32> =
+            staging::read_buffer(context, &pixels.places, count as usize).unwrap();
+        let pixel = |(number, (at, &place)): (usize, (&Taps, &u32))| {
+            let (number, bit) = (number as u32, |k: u32| at.present >> k & 1);
+            let row = |middle: u32, k: u32| [middle.wrapping_sub(1), middle, middle + bit(k)];
+            let rows =
+                [row(at.up, 1), [number.wrapping_sub(1), number, number + 1], row(at.down, 7)];
+            let all = rows.as_flattened();
+            let kind = if at.kind == 2 { PixelType::Edge } else { PixelType::Surface };
+            let or_own = |k: usize| if bit(k as u32) != 0 { all[k] } else { number };
+            cpu::pixels::Pixel { place, kind, neighbours: std::array::from_fn(or_own) }
+        };
+        taps.iter().zip(&places).enumerate().map(pixel).collect()
+    }
+
+    #[test]
+    fn the_device_lists_the_pixels_that_the_twin_lists() {
+        let context = testing::context();
+        let (objective, shading) = (Objective::default(), Shading::default());
+        for (width, height) in [(37, 19), (1, 1), (3, 200), (129, 65)] {
+            let (mut maps, view) = testing::maps(width, height);
+            // Holes of one pixel, and pixels alone.
+            for at in (0..maps.types.len()).step_by(5) {
+                let object = maps.types[at] != PixelType::Background;
+                maps.types[at] = if object { PixelType::Background } else { PixelType::Edge };
+            }
+            let count = |kind| maps.types.iter().filter(|&&k| k == kind).count() as u32;
+            maps.counts.surface = count(PixelType::Surface);
+            maps.counts.edge = count(PixelType::Edge);
+            let memory =
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+            let twins = cpu::pixels::pixels(&maps.types, width, height);
+            assert_eq!(listed(&context, &maps, &memory), twins, "{width}x{height}");
+        }
+        testing::assert_valid(&context);
+    }
+}

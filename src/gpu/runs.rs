@@ -1,0 +1,163 @@
+//! The pipeline `compute` for devices without fast shared memory: `shading` computes the brightness of
+//! every object pixel for a block of individuals, `statistics` reduces it along runs of them.
+
+use super::commands::{COMPUTE_READ, COMPUTE_WRITE, StageTimer};
+use super::generation::Measure;
+use super::layout::{Chunk, pixel_binding};
+use super::memory::{Access, Buffer};
+use super::pipeline::Pipeline;
+use super::pixels::Pixels;
+use super::view::ViewMemory;
+use super::{Context, geometry, shaders, staging};
+use crate::Result;
+use crate::lighting::LightRecord;
+use crate::objective::HISTOGRAM_BINS;
+use ash::vk;
+use std::sync::Arc;
+
+/// Individuals that share a pass over the pixels.
+const BLOCK: u32 = 4;
+/// Lights of a block, at most, behind those that only alignment brings along.
+pub const WINDOW: u32 = 72;
+/// Invocations of a work group of `statistics`; each has a run of pixels.
+const STATISTICS_GROUP: u32 = 32;
+/// Invocations of a work group of `shading`; each has a pixel.
+const GROUP: u32 = 256;
+/// Pixels of a run; at most 255, as it is counted in bytes.
+const PIXELS: u32 = 128;
+const PIXEL_BYTES: u64 = size_of::<[f32; BLOCK as usize]>() as u64;
+const LIGHT_BYTES: u32 = size_of::<LightRecord>() as u32;
+
+/// The object pixels, the two stages and the memory between them.
+pub struct Runs {
+    shading: Vec<(usize, Pipeline)>,
+    statistics: Pipeline,
+    brightness: Option<Buffer>,
+    pixels: Pixels,
+    size: [u32; 2],
+    context: Arc<Context>,
+}
+
+impl Runs {
+    /// Whether the device's buffers and work groups can hold so many object pixels.
+    pub fn fits(context: &Context, objects: u32) -> bool {
+        let limits = context.limits();
+        let bytes = u64::from(objects.next_multiple_of(GROUP)) * PIXEL_BYTES;
+        bytes <= limits.max_storage_buffer_range.into()
+            && objects.div_ceil(GROUP) <= limits.max_compute_work_group_count[0]
+    }
+
+    /// For a view with `objects` object pixels, whose records and types are there.
+    ///
+    /// # Errors
+    /// [`crate::Error::Unsupported`] when the object pixels are more than fit, and what the device
+    /// reports.
+    pub fn new(context: &Arc<Context>, view: &ViewMemory, objects: u32) -> Result<Self> {
+        if !Self::fits(context, objects) {
+            let lacks = format!("pipeline compute for {objects} object pixels");
+            return Err(geometry::unsupported(context, lacks));
+        }
+        let pixels = Pixels::new(context, view, objects, GROUP)?;
+        let constants = [STATISTICS_GROUP, PIXELS, HISTOGRAM_BINS as u32];
+        let spirv = shaders::STATISTICS_COMP;
+        let statistics =
+            Pipeline::compute(context, "statistics", spirv, &pixels.layout, &constants)?;
+        let (size, context) = (view.size, Arc::clone(context));
+        Ok(Self { shading: Vec::new(), statistics, brightness: None, pixels, size, context })
+    }
+
+    fn block_bytes(&self) -> u64 {
+        u64::from(self.pixels.stride) * PIXEL_BYTES
+    }
+
+    /// Work groups of `statistics` for each block.
+    fn groups(&self) -> u32 {
+        self.pixels.count.div_ceil(STATISTICS_GROUP * PIXELS)
+    }
+}
+
+impl Measure for Runs {
+    fn entries(&self) -> [u32; 2] {
+        [self.groups() * STATISTICS_GROUP; 2]
+    }
+
+    fn block(&self) -> u32 {
+        BLOCK
+    }
+
+    fn largest_chunk(&self) -> Result<u32> {
+        let limits = self.context.limits();
+        let fit = u64::from(limits.max_storage_buffer_range) / self.block_bytes();
+        let blocks = (self.context.picture_memory() / self.block_bytes())
+            .max(1)
+            .min(fit)
+            .min(limits.max_compute_work_group_count[1].into());
+        Ok(u32::try_from(blocks * u64::from(BLOCK)).unwrap_or(u32::MAX - BLOCK))
+    }
+
+    fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
+        if self.shading.iter().all(|(l, _)| *l != lights) {
+            let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32]);
+            let layout = &self.pixels.layout;
+            let pipeline = Pipeline::compute(&self.context, "shading", spirv, layout, &constants)?;
+            self.shading.push((lights, pipeline));
+        }
+        Ok(())
+    }
+
+    fn allocate(&mut self, _view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
+        // The old memory goes first, so that the two need not fit together.
+        self.brightness = None;
+        let size = u64::from(chunk.div_ceil(BLOCK)) * self.block_bytes();
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
+        let brightness = Buffer::new(&self.context, "brightness", size, usage, Access::Device)?;
+        let set = &mut self.pixels.set;
+        set.write_buffer(pixel_binding::BRIGHTNESS, self.brightness.insert(brightness));
+        set.write_window(pixel_binding::WINDOW, lights, u64::from(WINDOW * LIGHT_BYTES));
+        Ok(())
+    }
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        timer: &mut StageTimer,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        let found = self.shading.iter().find(|(l, _)| *l == lights);
+        let (_, shading) = found.expect("a prepared number of lights");
+        let blocks = count.div_ceil(BLOCK);
+        let alignment = self.context.limits().min_uniform_buffer_offset_alignment.max(1) as u32;
+        timer.stage(cmd, "shading", || {
+            for block in 0..blocks {
+                let byte = (chunk.first + block * BLOCK) * lights as u32 * LIGHT_BYTES;
+                let window = byte - byte % alignment;
+                let push = Chunk { block, light: (byte - window) / LIGHT_BYTES, ..*chunk };
+                let groups = [self.pixels.count.div_ceil(GROUP), 1, 1];
+                self.pixels.dispatch_lit(cmd, view, shading, groups, (&push, window));
+            }
+        });
+        self.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
+        timer.stage(cmd, "statistics", || {
+            let groups = [self.groups(), blocks, 1];
+            self.pixels.dispatch(cmd, view, &self.statistics, groups, chunk);
+        });
+    }
+
+    fn first_picture(&self) -> Result<Vec<f32>> {
+        let count = self.pixels.count as usize;
+        let brightness = self.brightness.as_ref().expect("allocated before use");
+        let of_block: Vec<[f32; BLOCK as usize]> =
+            staging::read_buffer(&self.context, brightness, count)?;
+        let at: Vec<u32> = staging::read_buffer(&self.context, &self.pixels.places, count)?;
+        let mut picture = vec![0.0; self.size[0] as usize * self.size[1] as usize];
+        for (value, place) in of_block.iter().zip(at) {
+            picture[place as usize] = value[0];
+        }
+        Ok(picture)
+    }
+}
+
+/// Bytes behind the lights of a population that a window of lights may reach over.
+pub const LIGHT_MARGIN: u64 = (WINDOW * LIGHT_BYTES) as u64;
