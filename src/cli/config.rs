@@ -157,6 +157,23 @@ impl ViewSettings {
     pub fn framed(&self) -> bool {
         [self.azimuth, self.elevation, self.fov, self.fill].iter().any(Option::is_some)
     }
+
+    /// Puts what `over` names in the place of these. A camera of the file and the framing displace
+    /// each other.
+    pub fn overlay(&mut self, over: &Self) {
+        if over.camera.is_some() {
+            (self.azimuth, self.elevation, self.fov, self.fill) = (None, None, None, None);
+        }
+        if over.framed() {
+            self.camera = None;
+        }
+        self.size = over.size.or(self.size);
+        self.camera = over.camera.clone().or(self.camera.take());
+        self.azimuth = over.azimuth.or(self.azimuth);
+        self.elevation = over.elevation.or(self.elevation);
+        self.fov = over.fov.or(self.fov);
+        self.fill = over.fill.or(self.fill);
+    }
 }
 
 /// How a file names a camera.

@@ -1,6 +1,6 @@
 //! Options that several subcommands share, and how they change the settings.
 
-use super::config::{CameraKey, Pipeline, Settings};
+use super::config::{CameraKey, Pipeline, Settings, ViewSettings};
 use super::values::{Device, Size, Weights};
 use crate::Result;
 use crate::lighting::LightKind;
@@ -12,6 +12,16 @@ use std::path::PathBuf;
 pub(super) struct SceneOptions {
     /// glTF scene: a .gltf or .glb file
     pub scene: PathBuf,
+    #[command(flatten)]
+    look: LookOptions,
+    /// Print JSON, and nothing else, on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How scenes are looked at, and how pictures are judged.
+#[derive(Debug, Args)]
+pub(super) struct LookOptions {
     /// A camera of the scene [default: the one klieg wrote, else the first, else a framing of the
     /// whole scene]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["azimuth", "elevation", "fov"])]
@@ -33,9 +43,6 @@ pub(super) struct SceneOptions {
     /// Read settings from a TOML file; options on the command line go before them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// Print JSON, and nothing else, on standard output
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// One picture size and one device.
@@ -72,32 +79,34 @@ impl From<Kind> for LightKind {
 }
 
 impl SceneOptions {
+    /// As [`LookOptions::settings`].
+    ///
+    /// # Errors
+    /// The same.
+    pub fn settings(&self) -> Result<Settings> {
+        self.look.settings()
+    }
+}
+
+impl LookOptions {
     /// The configuration file's settings, or the defaults, with these options in their place.
     ///
     /// # Errors
     /// [`crate::Error::Input`] when the file cannot be used.
     pub fn settings(&self) -> Result<Settings> {
-        let mut settings = self.config.as_deref().map(Settings::read).transpose()?;
-        let settings = settings.get_or_insert_default();
-        let view = &mut settings.view;
-        if let Some(key) = &self.camera {
-            view.camera = Some(CameraKey::Name(key.clone()));
-            (view.azimuth, view.elevation, view.fov, view.fill) = (None, None, None, None);
-        }
-        for (given, setting) in [
-            (self.azimuth, &mut view.azimuth),
-            (self.elevation, &mut view.elevation),
-            (self.fov, &mut view.fov),
-        ] {
-            if given.is_some() {
-                *setting = given;
-                view.camera = None;
-            }
-        }
+        let mut settings =
+            self.config.as_deref().map(Settings::read).transpose()?.unwrap_or_default();
+        settings.view.overlay(&ViewSettings {
+            camera: self.camera.clone().map(CameraKey::Name),
+            azimuth: self.azimuth,
+            elevation: self.elevation,
+            fov: self.fov,
+            ..ViewSettings::default()
+        });
         if let Some(weights) = self.weights {
             weights.apply(&mut settings.objective.weights);
         }
-        Ok(settings.clone())
+        Ok(settings)
     }
 }
 
