@@ -103,7 +103,8 @@ pub(super) fn run(options: &Options) -> Result<()> {
         given => given,
     };
     let methods = machine::methods(&options.device, pipelines, &options.baseline)?;
-    let staging = options.out.as_deref().map(Staging::new).transpose()?;
+    // A folder that cannot be written to is told at once; an interrupted run leaves nothing in it.
+    options.out.as_deref().map(Staging::new).transpose()?;
     let mut bench = Bench::new(options.kind.into(), options.seed, &options.plan());
     for source in options.sources() {
         let start = Instant::now();
@@ -118,8 +119,8 @@ pub(super) fn run(options: &Options) -> Result<()> {
             }
         }
     }
-    let files = match staging {
-        Some(staging) => output::write(&bench, staging)?,
+    let files = match &options.out {
+        Some(out) => output::write(&bench, Staging::new(out)?)?,
         None => Vec::new(),
     };
     if options.json {
