@@ -143,7 +143,7 @@ fn wrong_sweeps_are_refused() {
         (&["--triangles", "200M"], "200M"),
         (&["--triangles", "1k", "ball.gltf"], "--triangles"),
         (&[], "SCENE"),
-        (&["ball.gltf", "--instanced"], "--triangles"),
+        (&["ball.gltf", "--instanced"], "--instanced"),
         (&["ball.gltf", "--pipeline", "fast"], "fast"),
         (&["ball.gltf", "--baseline", "jax"], "jax"),
         (&["ball.gltf", "--seconds", "nan"], "seconds"),

@@ -45,7 +45,7 @@ pub(super) struct Options {
     #[arg(long, value_name = "N,…", value_delimiter = ',')]
     triangles: Vec<Triangles>,
     /// Draw the reliefs as 16 instances of one tile
-    #[arg(long, requires = "triangles")]
+    #[arg(long, conflicts_with = "scene")]
     instanced: bool,
     #[command(flatten)]
     look: LookOptions,
