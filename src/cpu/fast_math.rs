@@ -39,6 +39,7 @@ pub fn log2(x: f32) -> f32 {
 
 /// `2^y` for `-64 < y < 128`, within 3e-7 of it relatively; `2^-64` for all smaller `y`, so that
 /// products of it stay clear of subnormal numbers, which are slow.
+#[allow(clippy::approx_constant, reason = "a minimax coefficient near ln 2, not ln 2")]
 #[inline(always)]
 pub fn exp2(y: f32) -> f32 {
     /// Adding it leaves the nearest integer in the low bits.

@@ -35,7 +35,7 @@ impl Default for StartSettings {
 
 impl StartSettings {
     /// # Errors
-    /// [`Error::Argument`](crate::Error::Argument) for a share outside 0..=1.
+    /// [`Error::Argument`] for a share outside 0..=1.
     pub fn check(&self) -> Result<()> {
         within("start.scattered", self.scattered, 0.0, 1.0)?;
         within("start.spread", self.spread, 0.0, 1.0)

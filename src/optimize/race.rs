@@ -151,7 +151,7 @@ mod tests {
         let descent = DescentSettings::default();
         vec![
             Box::new(Genetic::new(bounds, start, GeneticSettings::default(), rng.clone()).unwrap()),
-            Box::new(Descent::new(bounds, &[first.clone()], descent).unwrap()),
+            Box::new(Descent::new(bounds, std::slice::from_ref(&first), descent).unwrap()),
             Box::new(Restarts::new(bounds, first, descent, rng.clone()).unwrap()),
             Box::new(Random::new(bounds, 30, rng)),
         ]
@@ -171,7 +171,7 @@ mod tests {
         let courses = run(&mut all(), 1000, &mut together);
         let mut alone = Hills::default();
         for (course, mut search) in courses.iter().zip(all()) {
-            assert_eq!(run(std::slice::from_mut(&mut search), 1000, &mut alone), [course.clone()]);
+            assert_eq!(run(std::slice::from_mut(&mut search), 1000, &mut alone)[0], *course);
         }
         assert!(together.calls * 4 < alone.calls, "{} {}", together.calls, alone.calls);
         let scores: Vec<f32> = courses.iter().map(Course::score).collect();

@@ -3,6 +3,7 @@
 use super::Scene;
 use crate::{Error, Result};
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
+use rayon::prelude::*;
 
 /// Radii of scenes, world units, whose lights' intensities can be written in single precision.
 pub const RADII: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
@@ -194,18 +195,22 @@ fn check_size(width: u32, height: u32) -> Result<()> {
 /// [`Error::Input`] when nothing is drawn, or all of it in one point.
 pub fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
     let vertices = || {
-        scene.instances.iter().flat_map(|instance| {
+        scene.instances.par_iter().flat_map(|instance| {
             let mesh = &scene.meshes[instance.mesh as usize];
-            mesh.indices.iter().map(move |&index| {
+            mesh.indices.par_iter().map(move |&index| {
                 let position = Vec3::from(mesh.vertices[index as usize].position).as_dvec3();
                 instance.world.transform_point3(position)
             })
         })
     };
-    let (low, high) =
-        vertices().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+    // The least and the greatest do not depend on the order.
+    let nothing = || (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = vertices()
+        .fold(nothing, |(low, high), p| (low.min(p), high.max(p)))
+        .reduce(nothing, |a, b| (a.0.min(b.0), a.1.max(b.1)));
     let center = (low + high) / 2.0;
-    let radius = vertices().map(|p| p.distance_squared(center)).fold(0.0, f64::max).sqrt();
+    let square = vertices().map(|p| p.distance_squared(center));
+    let radius = square.fold(|| 0.0, f64::max).reduce(|| 0.0, f64::max).sqrt();
     if !(radius.is_finite() && radius > 0.0) {
         return Err(Error::input(&scene.path, "nothing to draw has any extent"));
     }

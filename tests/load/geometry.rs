@@ -276,3 +276,35 @@ fn the_files_tangents_are_kept_and_repaired() {
         assert!((x.hypot(y) - 1.0).abs() < 1e-6);
     }
 }
+
+/// As many primitives as fit in 200, each a triangle of one large buffer of vertices; accessor `k` of
+/// the positions begins at vertex `k · shift`.
+fn many_triangles_of_one_buffer(shift: usize) -> File {
+    let vertices = 1000 + 200 * shift;
+    let mut file = File::new();
+    let positions = file.view(&floats(&SQUARE.repeat(vertices / 4)));
+    let indices = file.accessor(&shorts(&[0, 1, 2]), "SCALAR", U16, 3);
+    let primitive = |k: usize| {
+        let position = file.push(
+            "accessors",
+            json!({
+                "bufferView": positions, "byteOffset": 12 * shift * k, "type": "VEC3",
+                "componentType": F32, "count": 1000
+            }),
+        );
+        json!({"attributes": {"POSITION": position}, "indices": indices})
+    };
+    let primitives: Vec<_> = (0..200).map(primitive).collect();
+    file.push("meshes", json!({"primitives": primitives}));
+    file.push("nodes", json!({"mesh": 0}));
+    file
+}
+
+#[test]
+fn what_many_primitives_share_is_read_once() {
+    let scene = many_triangles_of_one_buffer(0).scene();
+    assert_eq!(scene.meshes.len(), 200);
+    // Were it read anew for each of them, it would be read more often than a file's bytes may be.
+    let fault = many_triangles_of_one_buffer(4).fault();
+    assert!(fault.contains("overlap too often"), "{fault}");
+}

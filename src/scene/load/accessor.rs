@@ -22,7 +22,7 @@ const ELEMENTS_OF_BYTES: (u64, u64) = (8, 1 << 22);
 
 /// Most bytes read from a file, for each that it has: a vertex's attributes may lie side by side, and
 /// each is read by itself.
-const READS_OF_BYTES: u64 = 16;
+const READS_OF_BYTES: u64 = 64;
 
 /// Bytes that are read from a file together where only some of them are kept.
 const WINDOW: usize = 1 << 20;
@@ -46,10 +46,20 @@ pub struct Accessors<'a> {
     left: Cell<u64>,
     /// Bytes that may still be read from files.
     unread: Cell<u64>,
-    /// How many primitives use each accessor.
-    uses: Vec<u32>,
-    /// What has been read from files for several of them.
-    shared: RefCell<HashMap<usize, Arc<Vec<u8>>>>,
+    /// How often each slice is used.
+    uses: HashMap<Slice, u32>,
+    /// What has been read from files to be used again.
+    shared: RefCell<HashMap<Slice, Arc<Vec<u8>>>>,
+}
+
+/// Elements of a buffer view.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Slice {
+    view: usize,
+    offset: u64,
+    count: usize,
+    /// Bytes of an element.
+    size: usize,
 }
 
 /// Bytes of elements.
@@ -135,12 +145,6 @@ impl<'a> Accessors<'a> {
         let size = width * component.size();
         let count = usize::try_from(accessor.count.0).map_err(|_| "its count is too great")?;
         let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
-        let shared = self.shared.borrow().get(&index.value()).cloned();
-        if let Some(bytes) = shared {
-            let bytes = Bytes::Shared(bytes);
-            let normalized = accessor.normalized || wanted.normalized;
-            return Ok(Elements { bytes, stride: size, count, width, component, normalized });
-        }
         let (mut bytes, mut stride) = match accessor.buffer_view {
             Some(view) => self.slice(view, offset, count, size)?,
             // Zeros: the same ones for all elements.
@@ -152,11 +156,6 @@ impl<'a> Accessors<'a> {
             self.patch(&mut patched, sparse, size).map_err(|fault| format!("sparse: {fault}"))?;
             bytes = Bytes::Shared(patched.into());
             stride = size;
-        }
-        if let Bytes::Shared(bytes) = &bytes
-            && self.uses.get(index.value()).is_some_and(|&uses| uses > 1)
-        {
-            self.shared.borrow_mut().insert(index.value(), bytes.clone());
         }
         let normalized = accessor.normalized || wanted.normalized;
         Ok(Elements { bytes, stride, count, width, component, normalized })
@@ -193,10 +192,18 @@ impl<'a> Accessors<'a> {
                 Ok((Bytes::Borrowed(bytes), stride))
             }
             Buffer::File(part) => {
+                let slice = Slice { view: view.value(), offset: offset - start, count, size };
+                let shared = self.shared.borrow().get(&slice).cloned();
+                if let Some(bytes) = shared {
+                    return Ok((Bytes::Shared(bytes), size));
+                }
                 let unread = self.unread.get().checked_sub(span);
                 self.unread.set(unread.ok_or("the file's accessors overlap too often")?);
-                let bytes = tight_from_file(part, offset, stride, size, count)?;
-                Ok((Bytes::Shared(bytes.into()), size))
+                let bytes = Arc::new(tight_from_file(part, offset, stride, size, count)?);
+                if self.uses.get(&slice).is_some_and(|&uses| uses > 1) {
+                    self.shared.borrow_mut().insert(slice, bytes.clone());
+                }
+                Ok((Bytes::Shared(bytes), size))
             }
         }
     }
@@ -263,22 +270,35 @@ fn place<'a>(
     Ok((buffer, offset, length))
 }
 
-/// How many primitives use each accessor. Where skins or morph weights make several meshes of a
-/// primitive, each of its accessors counts as used more than once.
-fn uses(root: &Root) -> Vec<u32> {
+/// How often primitives use each slice. Where skins or morph weights make several meshes of a
+/// primitive, all that it uses counts as used again.
+fn uses(root: &Root) -> HashMap<Slice, u32> {
     let several = !root.skins.is_empty() || root.nodes.iter().any(|node| node.weights.is_some());
-    let mut uses = vec![u32::from(several); root.accessors.len()];
+    let mut uses = HashMap::new();
     for primitive in root.meshes.iter().flat_map(|mesh| &mesh.primitives) {
         let targets = primitive.targets.iter().flatten();
         let moved = targets.flat_map(|target| [target.positions, target.normals, target.tangents]);
         let used = primitive.attributes.values().copied().chain(primitive.indices);
-        for index in used.chain(moved.flatten()) {
-            if let Some(uses) = uses.get_mut(index.value()) {
-                *uses += 1;
-            }
+        for slice in used.chain(moved.flatten()).filter_map(|index| slice(root.get(index)?)) {
+            *uses.entry(slice).or_insert(u32::from(several)) += 1;
         }
     }
     uses
+}
+
+/// What an accessor with valid types reads of its view.
+fn slice(accessor: &Accessor) -> Option<Slice> {
+    let (Checked::Valid(component), Checked::Valid(element)) =
+        (accessor.component_type, accessor.type_)
+    else {
+        return None;
+    };
+    Some(Slice {
+        view: accessor.buffer_view?.value(),
+        offset: accessor.byte_offset.map_or(0, |offset| offset.0),
+        count: usize::try_from(accessor.count.0).ok()?,
+        size: element.multiplicity() * component.0.size(),
+    })
 }
 
 /// Elements of a file copied out of their stride.
