@@ -16,7 +16,7 @@ use klieg::scene::view::View;
 use serde_json::Value;
 
 /// Few and short measurements.
-const SHORT: [&str; 6] = ["--runs", "7", "--warm-up", "1", "--seconds", "0.3"];
+const SHORT: [&str; 6] = ["--runs", "7", "--warm-up", "1", "--seconds", "0.1"];
 
 fn bench(place: &Folder, arguments: &[&str]) -> Value {
     let all = [&["bench", "--json"][..], arguments, &SHORT].concat();

@@ -153,7 +153,7 @@ fn plot_sweep(rows: &[Row], at: usize) -> Option<Result<String, String>> {
     };
     let lines: Vec<_> = names(rows.iter().copied()).into_iter().map(line).collect();
     let fixed: Vec<_> =
-        others().map(|(_, other)| format!("{} {}", (other.value)(first), other.label)).collect();
+        others().map(|(_, other)| format!("{} {}", other.label, (other.value)(first))).collect();
     let label = format!("{} ({})", sweep.label, fixed.join(", "));
     Some(plot::lines(&lines, &label, "ms a generation", PLOT))
 }
@@ -175,7 +175,7 @@ fn plot_methods(rows: &[Row]) -> Option<Result<String, String>> {
         .map(|(label, values)| Setting { label, values, standard: false })
         .collect();
     let fixed: Vec<_> =
-        SWEEPS.iter().map(|s| format!("{} {}", (s.value)(first), s.label)).collect();
+        SWEEPS.iter().map(|s| format!("{} {}", s.label, (s.value)(first))).collect();
     let panel = Panel { name: &fixed.join(", "), settings: &settings };
     (names.len() > 1).then(|| plot::sweep(&[panel], "ms a generation", PLOT))
 }
@@ -186,7 +186,7 @@ pub fn show(bench: &Bench) -> String {
     for scene in &bench.scenes {
         let (name, triangles, instances) = (&scene.scene, scene.triangles, scene.instances);
         text += &format!(
-            "{name}: {triangles} triangles in {instances} instances, there after {:.0} ms\n",
+            "{name}: {triangles} triangles, instances: {instances}, ready in {:.0} ms\n",
             scene.load_ms
         );
     }
@@ -250,7 +250,7 @@ fn times(rows: &[Row]) -> comfy_table::Table {
             format!("{:.3}", row.p95_ms),
             known(row.gpu_ms, 3),
             format!("{:.0}", row.evaluations_per_second),
-            format!("{:.0}", row.light_pixels_per_second * 1e-6),
+            format!("{:.1}", row.light_pixels_per_second * 1e-6),
             known(row.gflops, 1),
             row.floor_share.map_or("–".into(), |share| format!("{:.0} %", 100.0 * share)),
         ]);
