@@ -129,13 +129,13 @@ mod tests {
         let limit = Duration::from_millis(200);
         let plan = Plan { warm_up: 3, runs: 300, limit, precision: 0.02 };
         let runs = |plan: &Plan, time: &dyn Fn(usize) -> f64| {
-            let (mut cold, mut warm) = (0, 0);
+            let (mut cold, mut warm) = (0usize, 0);
             let sample = plan.sample(|counts| {
                 let calls = if counts { &mut warm } else { &mut cold };
                 *calls += 1;
                 Ok(time(*calls))
             });
-            assert!(cold >= plan.warm_up.max(1));
+            assert!(cold >= plan.warm_up.max(1) as usize);
             assert_eq!(sample.unwrap().sorted.len(), warm);
             warm
         };
