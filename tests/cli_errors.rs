@@ -137,7 +137,7 @@ fn no_arguments_and_help() {
     klieg(&[]).assert().code(2);
     let output = klieg(&["--help"]).assert().success().get_output().clone();
     let help = String::from_utf8(output.stdout).unwrap();
-    for command in ["design", "score", "analyze", "devices", "bench"] {
+    for command in ["design", "batch", "score", "analyze", "devices", "bench"] {
         assert!(help.contains(command), "{help}");
         klieg(&[command, "--help"]).assert().success();
     }

@@ -5,7 +5,7 @@ use super::values::{Device, Lights, Size};
 use crate::error::within;
 use crate::gpu::PipelineKind;
 use crate::lighting::LightKind;
-use crate::lighting::genome::Boxes;
+use crate::lighting::genome::{Boxes, Genome};
 use crate::lighting::shading::Shading;
 use crate::lighting::start::StartSettings;
 use crate::objective::Objective;
@@ -216,6 +216,14 @@ impl Settings {
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::input(path, e))?;
         toml::from_str(&text).map_err(|e| Error::input(path, e.to_string().trim_end()))
+    }
+
+    /// The genome of the lights that are searched.
+    ///
+    /// # Errors
+    /// As [`Genome::new`].
+    pub fn genome(&self) -> Result<Genome> {
+        Genome::new(&self.lights.roles.0, self.lights.kind, &self.lights.boxes)
     }
 
     /// # Errors

@@ -1,9 +1,11 @@
 //! The command line: one module a subcommand.
 
 mod analyze;
+mod batch;
 mod bench;
 pub mod config;
 mod design;
+mod designer;
 mod device;
 mod devices;
 mod options;
@@ -28,6 +30,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Design(design::Options),
+    Batch(batch::Options),
     Score(score::Options),
     Analyze(analyze::Options),
     Devices(devices::Options),
@@ -43,6 +46,7 @@ enum Command {
 pub fn run(cli: Cli) -> anyhow::Result<()> {
     match cli.command {
         Command::Design(options) => design::run(&options),
+        Command::Batch(options) => batch::run(&options),
         Command::Score(options) => score::run(&options),
         Command::Analyze(options) => analyze::run(&options),
         Command::Devices(options) => devices::run(&options),

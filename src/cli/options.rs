@@ -1,7 +1,7 @@
 //! Options that several subcommands share, and how they change the settings.
 
-use super::config::{CameraKey, Pipeline, Settings, ViewSettings};
-use super::values::{Device, Size, Weights};
+use super::config::{CameraKey, First, Method, Pipeline, Settings, ViewSettings};
+use super::values::{Device, Lights, Size, Weights};
 use crate::Result;
 use crate::lighting::LightKind;
 use clap::{Args, ValueEnum};
@@ -58,6 +58,33 @@ pub(super) struct TargetOptions {
     /// How a Vulkan device makes the pictures [default: auto]
     #[arg(long, value_name = "PIPELINE")]
     pipeline: Option<Pipeline>,
+}
+
+/// What is searched, and how.
+#[derive(Debug, Args)]
+pub(super) struct SearchOptions {
+    /// The lights: roles such as key,fill,rim, or a number from 1 to 16 (a key, a fill, a rim, then
+    /// fills and rims in turn) [default: key,fill]
+    #[arg(long, value_name = "ROLES|NUMBER")]
+    lights: Option<Lights>,
+    /// Kind of the lights [default: point]
+    #[arg(long)]
+    kind: Option<Kind>,
+    /// Individuals of a generation, 2 or more [default: 30]
+    #[arg(long, value_name = "N")]
+    population: Option<usize>,
+    /// Generations, 1 or more [default: 100]
+    #[arg(long, value_name = "N")]
+    generations: Option<usize>,
+    /// How the lights are searched [default: ga]
+    #[arg(long)]
+    optimizer: Option<Method>,
+    /// Where the search begins [default: k-means]
+    #[arg(long, value_name = "RIG")]
+    first: Option<First>,
+    /// Seed of every random choice [default: 0]
+    #[arg(long)]
+    seed: Option<u64>,
 }
 
 /// `--kind`.
@@ -118,5 +145,21 @@ impl TargetOptions {
             settings.device = device.clone();
         }
         settings.pipeline = self.pipeline.unwrap_or(settings.pipeline);
+    }
+}
+
+impl SearchOptions {
+    /// Puts these options in the place of `settings`.
+    pub fn apply(&self, settings: &mut Settings) {
+        if let Some(lights) = &self.lights {
+            settings.lights.roles = lights.clone();
+        }
+        settings.lights.kind = self.kind.map_or(settings.lights.kind, Into::into);
+        let search = &mut settings.search;
+        search.population = self.population.unwrap_or(search.population);
+        search.generations = self.generations.unwrap_or(search.generations);
+        settings.optimizer = self.optimizer.unwrap_or(settings.optimizer);
+        settings.first = self.first.unwrap_or(settings.first);
+        settings.seed = self.seed.unwrap_or(settings.seed);
     }
 }

@@ -20,6 +20,7 @@ use anyhow::Result;
 use image::RgbImage;
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Picture size without any other word on it.
@@ -74,7 +75,7 @@ impl DerefMut for Engine {
 /// A scene in view and what measures it.
 pub(super) struct Session {
     /// The scene.
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     /// The view.
     pub view: View,
     /// What measures.
@@ -83,6 +84,29 @@ pub(super) struct Session {
     pub settings: Settings,
     /// Times so far.
     pub timing: Timing,
+    /// When the scene was there.
+    begin: Instant,
+}
+
+/// A scene, and how long it took to load.
+#[derive(Clone)]
+pub(super) struct Loaded {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Milliseconds.
+    pub load: f64,
+}
+
+impl Loaded {
+    /// Loads a scene.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`].
+    pub fn read(path: &Path) -> crate::Result<Self> {
+        let start = Instant::now();
+        let scene = Arc::new(scene::load::load(path)?);
+        Ok(Self { scene, load: milliseconds(start) })
+    }
 }
 
 impl Session {
@@ -92,16 +116,37 @@ impl Session {
     /// Faults of the settings, the file and the device.
     pub fn open(path: &Path, settings: Settings) -> Result<Self> {
         settings.check()?;
-        let start = Instant::now();
-        let scene = load(path)?;
-        let load = milliseconds(start);
-        let start = Instant::now();
+        let loaded = Loaded::read(path)?;
+        warn(&loaded.scene.warnings);
+        let begin = Instant::now();
+        let device = device::open(&settings.device, settings.pipeline)?;
+        let session = Self::on(&device, loaded, settings, begin)?;
+        announce(&session.evaluator);
+        Ok(session)
+    }
+
+    /// Makes the maps of a scene's view on an open device, with settings that have passed their
+    /// check. Work on the view, the device's opening included, began at `begin`.
+    ///
+    /// # Errors
+    /// Faults of the settings, the scene and the device.
+    pub fn on(
+        device: &Opened,
+        Loaded { scene, load }: Loaded,
+        settings: Settings,
+        begin: Instant,
+    ) -> Result<Self> {
         let view = view(&scene, &settings.view)?;
-        let mut evaluator = evaluator(&scene, &view, &settings, &settings.device)?;
-        announce(&evaluator);
+        let mut evaluator = evaluator_on(device, &scene, &view, &settings)?;
         sees(&mut evaluator, &scene, &view)?;
-        let timing = Timing { load, maps: milliseconds(start), ..Timing::default() };
-        Ok(Self { scene, view, evaluator, settings, timing })
+        let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
+        Ok(Self { scene, view, evaluator, settings, timing, begin })
+    }
+
+    /// The times of a design that is complete.
+    pub fn finish(&mut self) -> Timing {
+        self.timing.total = self.timing.load + milliseconds(self.begin);
+        self.timing
     }
 
     /// What a result of `schema` begins with.
@@ -214,14 +259,24 @@ pub(super) fn evaluator(
     settings: &Settings,
     device: &Device,
 ) -> crate::Result<Engine> {
+    evaluator_on(&device::open(device, settings.pipeline)?, scene, view, settings)
+}
+
+/// An evaluator on an open device.
+fn evaluator_on(
+    device: &Opened,
+    scene: &Scene,
+    view: &View,
+    settings: &Settings,
+) -> crate::Result<Engine> {
     let (objective, shading) = (settings.objective, settings.shading);
-    Ok(match device::open(device, settings.pipeline)? {
+    Ok(match device {
         Opened::Cpu => {
             let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
             Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)))
         }
         Opened::Vulkan(context) => {
-            let evaluator = GpuEvaluator::new(&context, scene, view, objective, shading)?;
+            let evaluator = GpuEvaluator::new(context, scene, view, objective, shading)?;
             Engine::Vulkan(Box::new(evaluator))
         }
     })

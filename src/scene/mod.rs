@@ -17,6 +17,8 @@ use std::path::PathBuf;
 pub struct Scene {
     /// The file that it came from.
     pub path: PathBuf,
+    /// All files that it was read from, `path` first.
+    pub files: Vec<PathBuf>,
     /// Triangle meshes, one for each glTF primitive, stored once however often they are drawn.
     pub meshes: Vec<Mesh>,
     /// Materials; a mesh names one by its index. Never empty: glTF's default material stands last.

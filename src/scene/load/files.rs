@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Most bytes that a scene's files may have together.
 pub const MAX_BYTES: u64 = 8 << 30;
@@ -182,13 +182,15 @@ fn glb_places(
 pub struct Resources<'a> {
     folder: &'a Path,
     left: u64,
+    /// The file and all that were fetched.
+    pub files: Vec<PathBuf>,
 }
 
 impl<'a> Resources<'a> {
     /// Resources of the file at `path`, of which `used` bytes are taken already.
     pub fn new(path: &'a Path, used: u64) -> Self {
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self { folder, left: MAX_BYTES.saturating_sub(used) }
+        Self { folder, left: MAX_BYTES.saturating_sub(used), files: vec![path.into()] }
     }
 
     /// What a URI names: base64 data or a file relative to the scene's.
@@ -219,8 +221,11 @@ impl<'a> Resources<'a> {
                 if relative.is_empty() || relative.starts_with('/') {
                     return Err(format!("{} is not a relative path", quoted(uri)));
                 }
-                let part = FilePart::open(&self.folder.join(relative), self.left);
-                Buffer::File(part.map_err(|fault| format!("{}: {fault}", quoted(uri)))?)
+                let path = self.folder.join(relative);
+                let part = FilePart::open(&path, self.left)
+                    .map_err(|fault| format!("{}: {fault}", quoted(uri)))?;
+                self.files.push(path);
+                Buffer::File(part)
             }
         };
         self.left = self.left.saturating_sub(data.len());

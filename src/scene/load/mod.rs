@@ -75,6 +75,7 @@ fn parse(path: &Path) -> Parsed<Scene> {
     }
     let (mut scene, textures) = loader.finish()?;
     scene.textures = texture::load(&document.root, &buffers, &mut resources, &textures)?;
+    scene.files = resources.files;
     Ok(scene)
 }
 

@@ -1,0 +1,156 @@
+//! How a design is made, one or many: the search, and all files that it leaves behind.
+
+use super::config::{First, Method, Settings};
+use super::session::{Session, milliseconds, warn};
+use crate::lighting::genome::Genome;
+use crate::lighting::presets::Preset;
+use crate::lighting::start::{self, StartSettings};
+use crate::optimize::{self, Descent, Genetic, Optimizer, Outcome, Progress};
+use crate::report::html::Sheet;
+use crate::report::json::{self, Design};
+use crate::report::{Staging, csv, picture, plot};
+use crate::scene;
+use anyhow::{Result, anyhow};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+/// The lit scene.
+pub(super) const LIT: &str = "lit.glb";
+
+/// The result.
+pub(super) const RESULT: &str = "result.json";
+
+/// All files of a design.
+pub(super) const FILES: [&str; 7] =
+    ["best.png", "headlight.png", "report.html", LIT, "convergence.csv", "convergence.svg", RESULT];
+
+/// Size of `convergence.svg`.
+const PLOT: (u32, u32) = (800, 480);
+
+/// The scene itself must not be what the lit one replaces.
+///
+/// # Errors
+/// [`crate::Error::Argument`] when both are the same file.
+pub(super) fn spare(scene: &Path, lit: &Path) -> crate::Result<()> {
+    let same =
+        scene.canonicalize().ok().is_some_and(|scene| lit.canonicalize().ok() == Some(scene));
+    if same {
+        let fault = format!("{} would be overwritten: choose another --out", scene.display());
+        return Err(crate::Error::Argument(fault));
+    }
+    Ok(())
+}
+
+/// The individual that the search begins with.
+fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result<Vec<f32>> {
+    let preset = match session.settings.first {
+        First::KMeans => {
+            let maps = session.evaluator.maps()?;
+            return Ok(start::first(&session.scene, &session.view, maps, genome, rng));
+        }
+        First::Random => return Ok(genome.bounds().iter().map(|r| r.uniform(rng)).collect()),
+        First::Scene => {
+            let (rig, warnings) = scene::lights::rig(&session.scene, &session.view)?;
+            warn(&warnings);
+            return Ok(start::from_rig(genome, &rig)?);
+        }
+        First::Headlight => Preset::Headlight,
+        First::LightKit => Preset::LightKit,
+        First::ThreePoint => Preset::ThreePoint,
+    };
+    Ok(start::from_rig(genome, &preset.rig())?)
+}
+
+/// The search that the settings ask for.
+fn method(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer>> {
+    let Settings { seed, optimizer, start: spread, search, greedy, .. } = session.settings.clone();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let first = first(session, genome, &mut rng)?;
+    let bounds = genome.bounds();
+    Ok(match optimizer {
+        Method::Ga => {
+            let population = start::population(bounds, first, search.population, &spread, &mut rng);
+            Box::new(Genetic::new(bounds, population, search, rng)?)
+        }
+        Method::Greedy => {
+            let uniform = StartSettings { scattered: 0.0, ..spread };
+            let starts = start::population(bounds, first, greedy.starts, &uniform, &mut rng);
+            Box::new(Descent::new(bounds, &starts, greedy.descent())?)
+        }
+    })
+}
+
+/// Searches the lights, `observe` being called after every generation.
+///
+/// # Errors
+/// Faults of the settings, and what the device reports.
+pub(super) fn search(
+    session: &mut Session,
+    genome: &Genome,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Outcome> {
+    let start = Instant::now();
+    let mut search = method(session, genome)?;
+    let outcome = optimize::run(&mut *search, genome, &mut *session.evaluator, observe)?;
+    session.timing.search = milliseconds(start);
+    Ok(outcome)
+}
+
+/// The search's settings in words.
+fn in_words(settings: &Settings) -> String {
+    let Settings { seed, search, greedy, .. } = settings;
+    match settings.optimizer {
+        Method::Ga => format!(
+            "seed {seed}, population {}, elitism {:.0} %, crossover {:.0} %, mutation {:.0} %",
+            search.population,
+            100.0 * search.elitism,
+            100.0 * search.crossover,
+            100.0 * search.mutation,
+        ),
+        Method::Greedy => format!("seed {seed}, greedy descents from {} starts", greedy.starts),
+    }
+}
+
+/// Writes all files of a design; gives the content of `result.json`, the last of them.
+///
+/// # Errors
+/// What the device reports, and files that cannot be written.
+pub(super) fn write(
+    session: &mut Session,
+    outcome: &Outcome,
+    staging: &mut Staging,
+) -> Result<Design> {
+    let headlight_rig = Preset::Headlight.rig();
+    let headlight = session.evaluator.inspect(&headlight_rig)?;
+    let best = session.evaluator.inspect(&outcome.rig)?;
+    let header = session.header(Design::SCHEMA);
+    let Settings { seed, objective, .. } = &session.settings;
+    let settings = in_words(&session.settings);
+    let mut design =
+        Design::new(header, (*seed, objective), (&best, &headlight), outcome, &session.view);
+
+    let best = session.picture(&outcome.rig)?;
+    let headlight = session.picture(&headlight_rig)?;
+    staging.write("best.png", picture::png(&best)?)?;
+    staging.write("headlight.png", picture::png(&headlight)?)?;
+    let sheet = Sheet {
+        design: &design,
+        rig: &outcome.rig,
+        best: &best,
+        headlight: &headlight,
+        history: &outcome.history,
+        settings,
+    };
+    staging.write("report.html", sheet.render()?)?;
+    let lit = staging.path(LIT);
+    scene::lit::write(&session.scene.path, &session.view, &outcome.rig, &lit)?;
+    staging.write("convergence.csv", csv::convergence(&outcome.history)?)?;
+    let plot = plot::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
+    staging.write("convergence.svg", plot)?;
+    design.timing_ms = session.finish();
+    staging.write(RESULT, json::text(&design)?)?;
+    Ok(design)
+}
