@@ -118,26 +118,6 @@ fn the_list_of_devices_ends_with_the_native_evaluator() {
 }
 
 #[test]
-fn a_benchmark_has_a_row_for_each_combination() {
-    let place = Folder::new();
-    let arguments = ["bench", "ball.gltf", "--size", "16x16,24x16", "--lights", "1,3"];
-    let more = ["--population", "4,5", "--runs", "3", "--warm-up", "1"];
-    let bench = json_of(&place, &[&arguments[..], &more].concat());
-    let rows = bench["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 8);
-    for row in rows {
-        let time = |key: &str| row[key].as_f64().unwrap();
-        assert!(time("median_ms") > 0.0 && time("p95_ms") >= time("median_ms"));
-        let rate = row["population"].as_f64().unwrap() / time("median_ms") * 1e3;
-        assert!((time("evaluations_per_second") / rate - 1.0).abs() < 1e-9);
-    }
-    let text =
-        place.klieg(&["bench", "ball.gltf", "--size", "16x16", "--runs", "2"]).assert().success();
-    let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
-    assert!(text.contains("median ms") && text.contains("16x16"), "{text}");
-}
-
-#[test]
 fn every_pipeline_gives_the_same_score() {
     let place = Folder::new();
     let score = |more: &[&str]| {

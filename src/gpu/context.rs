@@ -162,6 +162,12 @@ impl Context {
         }
     }
 
+    /// Bytes of device memory that are taken at the moment, what the allocator keeps for later
+    /// included.
+    pub fn memory_taken(&self) -> u64 {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner).capacity()
+    }
+
     /// The device's functions.
     pub(crate) fn device(&self) -> &ash::Device {
         &self.device.raw

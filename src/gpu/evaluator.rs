@@ -35,6 +35,7 @@ pub struct GpuEvaluator {
     fitness: Fitness,
     measure: Box<dyn Measure + Send>,
     pipeline: PipelineKind,
+    objects: u32,
     view: ViewMemory,
     drawn: Option<Drawn>,
     maps: Option<Maps>,
@@ -109,6 +110,7 @@ impl GpuEvaluator {
             fitness: Fitness::new(context, &view, &*measure)?,
             measure,
             pipeline,
+            objects,
             view,
             drawn,
             maps,
@@ -125,6 +127,11 @@ impl GpuEvaluator {
     /// How the pictures are made.
     pub fn pipeline(&self) -> PipelineKind {
         self.pipeline
+    }
+
+    /// Object pixels of the view.
+    pub fn objects(&self) -> u32 {
+        self.objects
     }
 
     /// The device and what was made and read on it.

@@ -21,6 +21,7 @@ mod memory;
 mod pipeline;
 mod pixels;
 mod population;
+mod readback;
 mod requirements;
 mod runs;
 pub mod shaders;
@@ -36,6 +37,7 @@ pub use choice::{ComputeShape, PipelineKind};
 pub use context::{Context, ContextOptions, Counters};
 pub use devices::{DeviceChoice, DeviceReport, devices};
 pub use evaluator::GpuEvaluator;
+pub use readback::ReadbackEvaluator;
 
 use crate::{Error, Result};
 use ash::vk;

@@ -129,6 +129,38 @@ pub fn ticks(range: &Range<f32>, count: usize) -> Vec<f32> {
     RangedCoordf32::from(range.clone()).key_points(count)
 }
 
+/// Ticks of a logarithmic axis, whose range is in decades: 1, 2 and 5 times powers of ten, powers of ten
+/// alone where these are many, and round values where they are few.
+pub fn decade_ticks(range: &Range<f32>, count: usize) -> Vec<f32> {
+    let steps = |steps: &[f32]| -> Vec<f32> {
+        let decades = range.start.floor() as i32..=range.end.ceil() as i32;
+        let ticks = decades.flat_map(|d| steps.iter().map(move |step| d as f32 + step.log10()));
+        ticks.filter(|tick| range.contains(tick)).collect()
+    };
+    let (fine, coarse) = (steps(&[1.0, 2.0, 5.0]), steps(&[1.0]));
+    if fine.len() < 3 && range.end < 30.0 {
+        let linear = 10f32.powf(range.start)..10f32.powf(range.end);
+        return ticks(&linear, count).into_iter().map(f32::log10).collect();
+    }
+    if fine.len() <= count + 2 { fine } else { coarse }
+}
+
+/// A number whose decimal logarithm is given: three digits and its thousands.
+pub fn power(logarithm: f32) -> String {
+    let value = 10f32.powf(logarithm);
+    let (value, unit) = match value {
+        v if v >= 0.9995e9 => (v * 1e-9, "G"),
+        v if v >= 0.9995e6 => (v * 1e-6, "M"),
+        v if v >= 9995.0 => (v * 1e-3, "k"),
+        v => (v, ""),
+    };
+    let digits = (2.0 - value.log10().floor()).clamp(0.0, 6.0) as usize;
+    let text = format!("{value:.digits$}");
+    let text =
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text}{unit}")
+}
+
 /// Values at which people expect the ticks of an angle, at most about `count`.
 pub fn degree_ticks(range: &Range<f32>, count: usize) -> Vec<f32> {
     let steps = [1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0];
@@ -159,6 +191,11 @@ impl Scale {
     /// With ticks where people expect those of an angle.
     pub fn degrees(range: Range<f32>) -> Self {
         Self { range, ticks: degree_ticks }
+    }
+
+    /// Logarithmic, the range in decades.
+    pub fn logarithmic(range: Range<f32>) -> Self {
+        Self { range, ticks: decade_ticks }
     }
 
     /// Without ticks.
@@ -213,8 +250,31 @@ pub struct Axes<'a> {
     pub grid: bool,
 }
 
+/// How the numbers of an axis are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// As they are.
+    Plain,
+    /// As that whose decimal logarithm they are.
+    Power,
+}
+
+impl Form {
+    fn text(self, value: f32, range: &Range<f32>) -> String {
+        match self {
+            Self::Plain => number(value, range),
+            Self::Power => power(value),
+        }
+    }
+}
+
 /// Draws the grid, the axes, their numbers and names.
 pub fn axes(chart: &mut Chart, style: &Axes) -> Drawn {
+    axes_of_form(chart, style, [Form::Plain; 2])
+}
+
+/// The same, with the numbers of both axes in the given forms.
+pub fn axes_of_form(chart: &mut Chart, style: &Axes, [form_x, form_y]: [Form; 2]) -> Drawn {
     let (x, y) = (chart.x_range(), chart.y_range());
     let rule = if style.grid { RULE.to_rgba() } else { TRANSPARENT };
     let mut mesh = chart.configure_mesh();
@@ -223,9 +283,10 @@ pub fn axes(chart: &mut Chart, style: &Axes) -> Drawn {
         .axis_style(SOFT)
         .x_labels(style.x.1)
         .y_labels(style.y.1);
-    let (form_x, form_y) = (|value: &f32| number(*value, &x), |value: &f32| number(*value, &y));
-    mesh.x_label_formatter(&form_x)
-        .y_label_formatter(&form_y)
+    let (text_x, text_y) =
+        (|value: &f32| form_x.text(*value, &x), |value: &f32| form_y.text(*value, &y));
+    mesh.x_label_formatter(&text_x)
+        .y_label_formatter(&text_y)
         .label_style(font(SOFT))
         .x_desc(style.x.0)
         .y_desc(style.y.0)
@@ -282,6 +343,19 @@ mod tests {
         assert_eq!(number(-0.0004, &(-1.0..1.0)), "0.0");
         assert_eq!(number(0.2101, &(0.21..0.2103)), "0.21010");
         assert_eq!(number(1500.0, &(0.0..3000.0)), "1500");
+    }
+
+    #[test]
+    fn logarithmic_axes_have_round_numbers() {
+        let texts =
+            |range, count| decade_ticks(&range, count).into_iter().map(power).collect::<Vec<_>>();
+        assert_eq!(texts(-0.1..2.1, 6), ["1", "2", "5", "10", "20", "50", "100"]);
+        assert_eq!(texts(-2.1..4.1, 6), ["0.01", "0.1", "1", "10", "100", "1000", "10k"]);
+        assert_eq!(texts(3.9..7.4, 4), ["10k", "100k", "1M", "10M"]);
+        assert_eq!(texts(1.17..1.27, 6).first().unwrap(), "15");
+        assert!(texts(0.29..0.31, 6).len() > 1);
+        assert_eq!(power(1e6f32.log10()), "1M");
+        assert_eq!(power(0.0234f32.log10()), "0.0234");
     }
 
     #[test]

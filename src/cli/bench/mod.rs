@@ -1,0 +1,249 @@
+//! `klieg bench`: how long a generation takes.
+
+mod machine;
+mod memory;
+mod output;
+mod record;
+mod relief;
+mod sample;
+
+use super::config::{Pipeline, Settings};
+use super::options::{Kind, LookOptions};
+use super::print;
+use super::session::{self, SIZE, milliseconds};
+use super::values::{Device, Lights, Size};
+use crate::Error;
+use crate::lighting::genome::{Genome, Range};
+use crate::lighting::{Population, check_number};
+use crate::optimize::MAX_POPULATION;
+use crate::report::{Staging, json};
+use crate::scene::Scene;
+use anyhow::Result;
+use clap::Args;
+use machine::{Baseline, Machine, Method};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use record::{Bench, Row, SceneRecord, Setup, Work};
+use relief::Triangles;
+use sample::Plan;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Time a generation
+///
+/// Evaluates random rigs, the same everywhere, for every combination of scene, size, device, pipeline,
+/// number of lights and population. A generation is the wall time from new lights on the host to
+/// scores on the host; it is repeated until the 95 % confidence interval of its median is narrow.
+/// Lists are separated by commas.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    /// glTF scene: a .gltf or .glb file
+    #[arg(required_unless_present = "triangles", conflicts_with = "triangles")]
+    scene: Option<PathBuf>,
+    /// In place of a scene, reliefs of about so many triangles, such as 10k,1M; all have the same
+    /// object pixels
+    #[arg(long, value_name = "N,…", value_delimiter = ',')]
+    triangles: Vec<Triangles>,
+    /// Draw the reliefs as 16 instances of one tile
+    #[arg(long, conflicts_with = "scene")]
+    instanced: bool,
+    #[command(flatten)]
+    look: LookOptions,
+    /// Picture sizes
+    #[arg(long, value_name = "WxH,…", value_delimiter = ',', default_values_t = [SIZE])]
+    size: Vec<Size>,
+    /// Numbers of lights
+    #[arg(long, value_name = "N,…", value_delimiter = ',', default_values_t = [1, 4])]
+    lights: Vec<usize>,
+    /// Kind of the lights
+    #[arg(long, default_value = "point")]
+    kind: Kind,
+    /// Numbers of individuals
+    #[arg(long, value_name = "N,…", value_delimiter = ',', default_values_t = [30])]
+    population: Vec<usize>,
+    /// Devices [default: cpu and, where there is one, vulkan]
+    #[arg(long, value_name = "DEVICE,…", value_delimiter = ',')]
+    device: Vec<Device>,
+    /// How Vulkan devices make the pictures [default: auto]
+    #[arg(long, value_name = "PIPELINE,…", value_delimiter = ',')]
+    pipeline: Vec<Pipeline>,
+    /// What else is measured, to compare with
+    #[arg(long, value_name = "BASELINE,…", value_delimiter = ',')]
+    baseline: Vec<Baseline>,
+    /// Generations before the measured ones, at least
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    warm_up: u32,
+    /// Most measured generations
+    #[arg(long, value_name = "N", default_value_t = 200,
+        value_parser = clap::value_parser!(u32).range(1..=1000))]
+    runs: u32,
+    /// Most seconds for the measured generations of a row
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    seconds: f64,
+    /// Half-width of the median's confidence interval, as a share of it, that is enough
+    #[arg(long, value_name = "SHARE", default_value_t = 0.02)]
+    precision: f64,
+    /// Seed of the rigs
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Folder for bench.json, bench.csv and a plot of each sweep, created where absent
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print JSON, and nothing else, on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(options: &Options) -> Result<()> {
+    let settings = options.look.settings()?;
+    settings.check()?;
+    options.check()?;
+    let pipelines = match &options.pipeline[..] {
+        [] => &[settings.pipeline],
+        given => given,
+    };
+    let methods = machine::methods(&options.device, pipelines, &options.baseline)?;
+    // A folder that cannot be written to is told at once; an interrupted run leaves nothing in it.
+    options.out.as_deref().map(Staging::new).transpose()?;
+    let mut bench = Bench::new(options.kind.into(), options.seed, &options.plan());
+    for source in options.sources() {
+        let start = Instant::now();
+        let scene = source.scene()?;
+        let load_ms = milliseconds(start);
+        bench.scenes.push(SceneRecord::new(&scene, load_ms));
+        for size in &options.size {
+            for method in &methods {
+                let mut settings = settings.clone();
+                settings.view.size = Some(*size);
+                bench.rows.extend(options.measure(&scene, &settings, method)?);
+            }
+        }
+    }
+    let files = match &options.out {
+        Some(out) => output::write(&bench, Staging::new(out)?)?,
+        None => Vec::new(),
+    };
+    if options.json {
+        print::out(json::text(&bench)?)
+    } else {
+        print::out(output::show(&bench) + &print::written(&files))
+    }
+}
+
+/// Where a scene comes from.
+enum Source<'a> {
+    File(&'a PathBuf),
+    Relief(Triangles, bool),
+}
+
+impl Source<'_> {
+    fn scene(&self) -> Result<Scene> {
+        match *self {
+            Self::File(path) => session::load(path),
+            Self::Relief(triangles, instanced) => Ok(relief::scene(triangles, instanced)),
+        }
+    }
+}
+
+impl Options {
+    fn sources(&self) -> impl Iterator<Item = Source<'_>> {
+        let reliefs = self.triangles.iter().map(|&n| Source::Relief(n, self.instanced));
+        self.scene.iter().map(Source::File).chain(reliefs)
+    }
+
+    fn plan(&self) -> Plan {
+        Plan {
+            warm_up: self.warm_up,
+            runs: self.runs,
+            limit: Duration::from_secs_f64(self.seconds),
+            precision: self.precision,
+        }
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        self.lights.iter().try_for_each(|&lights| check_number(lights))?;
+        if let Some(n) = self.population.iter().find(|n| !(1..=MAX_POPULATION).contains(*n)) {
+            let fault = format!("a population of {n}: it is 1 to {MAX_POPULATION}");
+            return Err(Error::Argument(fault));
+        }
+        if !(0.0..=86_400.0).contains(&self.seconds) {
+            return Err(Error::Argument(format!("{} seconds: it is 0 to 86400", self.seconds)));
+        }
+        if !(0.0..=1.0).contains(&self.precision) {
+            return Err(Error::Argument(format!(
+                "a precision of {}: it is 0 to 1",
+                self.precision
+            )));
+        }
+        Ok(())
+    }
+
+    /// All rows of one view and one method.
+    fn measure(&self, scene: &Scene, settings: &Settings, method: &Method) -> Result<Vec<Row>> {
+        let view = session::view(scene, &settings.view)?;
+        memory::reset_peak();
+        let start = Instant::now();
+        let mut machine = Machine::new(method, scene, &view, settings)?;
+        let maps_ms = milliseconds(start);
+        let object_pixels = machine.objects()?;
+        if object_pixels == 0 {
+            let fault = format!("camera '{}' sees nothing of the scene", view.camera.name);
+            return Err(Error::input(&scene.path, fault).into());
+        }
+        let setup = Setup::new(scene, [view.width, view.height], object_pixels, maps_ms, &machine);
+        eprintln!(
+            "measuring {}, {} triangles, {}",
+            setup.name(),
+            setup.triangles,
+            Size(setup.size)
+        );
+        let mut rows = Vec::new();
+        for &lights in &self.lights {
+            for &population in &self.population {
+                let work = Work { lights, population };
+                rows.push(self.row(settings, setup.clone(), work, &mut machine)?);
+            }
+        }
+        Ok(rows)
+    }
+
+    fn row(
+        &self,
+        settings: &Settings,
+        setup: Setup,
+        work: Work,
+        machine: &mut Machine,
+    ) -> Result<Row> {
+        let roles = Lights::number(work.lights).map_err(Error::Argument)?.0;
+        let genome = Genome::new(&roles, self.kind.into(), &settings.lights.boxes)?;
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        let mut scores = vec![0.0; work.population];
+        let mut generation = |machine: &mut Machine| {
+            let rigs = random(&genome, work.population, &mut rng)?;
+            let start = Instant::now();
+            machine.evaluate(&rigs, &mut scores)?;
+            Ok(milliseconds(start))
+        };
+        let first_ms = generation(machine)?;
+        let mut stages = record::Stages::default();
+        let sample = self.plan().sample(|counts| {
+            let wall = generation(machine)?;
+            if counts {
+                stages.add(machine.stage_times());
+            }
+            Ok(wall)
+        })?;
+        let memory = [memory::peak(), machine.device_memory()];
+        Ok(Row::new(setup, work, self.kind.into(), (first_ms, &sample, stages), memory))
+    }
+}
+
+/// A population of uniform rigs.
+fn random(genome: &Genome, size: usize, rng: &mut ChaCha8Rng) -> Result<Population, Error> {
+    let mut population = Population::new(genome.lights())?;
+    for _ in 0..size {
+        let chromosome: Vec<f32> = genome.bounds().iter().map(|r: &Range| r.uniform(rng)).collect();
+        population.push(&genome.decode(&chromosome))?;
+    }
+    Ok(population)
+}
