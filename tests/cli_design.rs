@@ -351,3 +351,20 @@ fn a_search_can_begin_with_the_scene_s_own_lights() {
     let text = String::from_utf8(output.stderr).unwrap();
     assert!(text.contains("2 lights") && text.contains("search for 3"), "{text}");
 }
+
+#[test]
+fn little_memory_gives_the_same_bytes() {
+    let place = Folder::new();
+    let run = |out: &str, pipeline: &str, more: &[&str]| {
+        let arguments = ["design", "ball.gltf", "--out", out, "--device", "vulkan"];
+        let mut command = place.klieg(&arguments);
+        command.args(["--size", "300x300", "--generations", "2", "--pipeline", pipeline]);
+        command.args(more).assert().success();
+        std::fs::read(place.path(out).join("convergence.csv")).unwrap()
+    };
+    for pipeline in ["layered", "compute"] {
+        // A population of 30 needs 10 MB of layers, so that 1 MiB makes ten parts of it.
+        assert!(run("all", pipeline, &[]) == run("parts", pipeline, &["--memory", "1"]));
+    }
+    place.design("none", &["--memory", "0"]).assert().code(2);
+}

@@ -25,6 +25,8 @@ pub struct Settings {
     pub device: Device,
     /// How Vulkan devices make the pictures.
     pub pipeline: Pipeline,
+    /// Memory of a Vulkan device for the pictures of a population, MiB; half of the device's where absent.
+    pub memory: Option<u32>,
     /// Picture and camera.
     pub view: ViewSettings,
     /// The lights that are searched.
@@ -229,6 +231,9 @@ impl Settings {
     /// # Errors
     /// [`Error::Argument`] that names the first setting out of its range.
     pub fn check(&self) -> Result<()> {
+        if self.memory == Some(0) {
+            return Err(Error::Argument("memory is 0 MiB: pictures need 1 or more".into()));
+        }
         self.view.check()?;
         self.objective.check()?;
         self.shading.check()?;

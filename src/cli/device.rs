@@ -3,7 +3,7 @@
 //! Devices are numbered as `klieg devices` lists them: Vulkan devices in the driver's order, then the
 //! native CPU evaluator.
 
-use super::config::Pipeline;
+use super::config::Settings;
 use super::values::Device;
 use crate::evaluate::DeviceInfo;
 use crate::gpu::{self, Context, ContextOptions, DeviceChoice, DeviceReport};
@@ -35,11 +35,11 @@ pub(super) fn list() -> (Vec<DeviceReport>, Option<Error>) {
     }
 }
 
-/// Opens the device that `device` names, for evaluators of the given pipeline.
+/// Opens the device that `device` names, for evaluators with the pipeline and the memory of `settings`.
 ///
 /// # Errors
 /// [`Error::Argument`] for a device that is not there, and what opening it reports.
-pub(super) fn open(device: &Device, pipeline: Pipeline) -> Result<Opened> {
+pub(super) fn open(device: &Device, settings: &Settings) -> Result<Opened> {
     if *device == Device::Cpu {
         return Ok(Opened::Cpu);
     }
@@ -47,10 +47,13 @@ pub(super) fn open(device: &Device, pipeline: Pipeline) -> Result<Opened> {
     match (choose(device, &reports), fault) {
         (Ok(Chosen::Cpu), _) => Ok(Opened::Cpu),
         (Ok(Chosen::Vulkan(index)), _) => {
-            let device = DeviceChoice::Index(index);
-            let pipeline = pipeline.kind();
-            Context::new(&ContextOptions { device, pipeline, ..ContextOptions::default() })
-                .map(Opened::Vulkan)
+            let options = ContextOptions {
+                device: DeviceChoice::Index(index),
+                pipeline: settings.pipeline.kind(),
+                picture_memory: settings.memory.map(|mebibytes| u64::from(mebibytes) << 20),
+                ..ContextOptions::default()
+            };
+            Context::new(&options).map(Opened::Vulkan)
         }
         (Err(_), Some(no_vulkan)) => Err(no_vulkan),
         (Err(fault), None) => Err(fault),

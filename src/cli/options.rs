@@ -58,6 +58,10 @@ pub(super) struct TargetOptions {
     /// How a Vulkan device makes the pictures [default: auto]
     #[arg(long, value_name = "PIPELINE")]
     pipeline: Option<Pipeline>,
+    /// Memory of a Vulkan device for the pictures of a population; one that needs more is evaluated in
+    /// parts, with the same scores [default: half of the device's memory]
+    #[arg(long, value_name = "MIB")]
+    memory: Option<u32>,
 }
 
 /// What is searched, and how.
@@ -145,6 +149,7 @@ impl TargetOptions {
             settings.device = device.clone();
         }
         settings.pipeline = self.pipeline.unwrap_or(settings.pipeline);
+        settings.memory = self.memory.or(settings.memory);
     }
 }
 

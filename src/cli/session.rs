@@ -119,7 +119,7 @@ impl Session {
         let loaded = Loaded::read(path)?;
         warn(&loaded.scene.warnings);
         let begin = Instant::now();
-        let device = device::open(&settings.device, settings.pipeline)?;
+        let device = device::open(&settings.device, &settings)?;
         let session = Self::on(&device, loaded, settings, begin)?;
         announce(&session.evaluator);
         Ok(session)
@@ -259,7 +259,7 @@ pub(super) fn evaluator(
     settings: &Settings,
     device: &Device,
 ) -> crate::Result<Engine> {
-    evaluator_on(&device::open(device, settings.pipeline)?, scene, view, settings)
+    evaluator_on(&device::open(device, settings)?, scene, view, settings)
 }
 
 /// An evaluator on an open device.

@@ -129,7 +129,7 @@ impl Ready {
 impl Batch<'_> {
     /// Designs the items of these numbers, until the user has enough.
     fn design(&mut self, todo: &[usize], settings: &Settings) -> Result<()> {
-        let mut device = device::open(&settings.device, settings.pipeline)?;
+        let mut device = device::open(&settings.device, settings)?;
         self.note()?;
         let interrupt = Interrupt::listen()?;
         let items = self.items;
@@ -152,7 +152,7 @@ impl Batch<'_> {
                         self.say(&format!("{}: {}", item.name, describe(&fault)));
                         self.record.failed(index, &fault);
                         if may_be_lost(&fault) {
-                            device = device::open(&settings.device, settings.pipeline)?;
+                            device = device::open(&settings.device, settings)?;
                         }
                     }
                 }

@@ -120,7 +120,7 @@ impl Machine {
                 Self::Alone(pool.install(engine)?, pool)
             }
             How::Readback => {
-                let Opened::Vulkan(context) = device::open(device, Pipeline::Auto)? else {
+                let Opened::Vulkan(context) = device::open(device, &settings)? else {
                     unreachable!("methods read back from Vulkan devices only");
                 };
                 let (objective, shading) = (settings.objective, settings.shading);
