@@ -353,7 +353,7 @@ fn an_interrupt_keeps_finished_designs() {
     let place = Folder::new();
     put(&place, "models/a.gltf", 0.5);
     let text = "[[item]]\nscene = \"models/a.gltf\"\nname = \"quick\"\nsize = \"8x8\"\n\
-                [[item]]\nscene = \"models/a.gltf\"\nname = \"slow\"\nsize = \"512x512\"\n\
+                [[item]]\nscene = \"models/a.gltf\"\nname = \"slow\"\nsize = \"2048x2048\"\n\
                 [[item]]\nscene = \"ball.gltf\"\nname = \"never\"\n";
     write(&place, "list.toml", text);
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("klieg"))
@@ -381,7 +381,7 @@ fn an_interrupt_keeps_finished_designs() {
     write(
         &place,
         "list.toml",
-        &text.replace("512x512", "9x9").replace("\"never\"", "\"never\"\nsize = \"8x8\""),
+        &text.replace("2048x2048", "9x9").replace("\"never\"", "\"never\"\nsize = \"8x8\""),
     );
     let output = place.klieg(&again).assert().success().get_output().clone();
     let record: Value = serde_json::from_slice(&output.stdout).unwrap();
