@@ -2,41 +2,18 @@
 
 #[path = "support/gpu.rs"]
 mod support;
+#[path = "support/twins.rs"]
+mod twins;
 
-use klieg::cpu;
-use klieg::evaluate::{Evaluator, Inspection};
-use klieg::gpu::{Context, ContextOptions, GpuEvaluator, PipelineKind};
+use klieg::evaluate::Evaluator;
+use klieg::gpu::{ContextOptions, GpuEvaluator, PipelineKind};
 use klieg::lighting::shading::Shading;
-use klieg::lighting::{Light, LightKind, Population};
+use klieg::lighting::{LightKind, Population};
 use klieg::objective::Objective;
-use klieg::objective::maps::Maps;
-use klieg::scene::view::View;
-use std::sync::Arc;
 use support::{assert_valid, ball, context, maps, population, rigs, view, with_options};
+use twins::{difference, evaluate, evaluator, twin};
 
 const TOLERANCE: f32 = 1e-4;
-
-fn evaluator(context: &Arc<Context>, maps: &Maps, view: &View) -> GpuEvaluator {
-    GpuEvaluator::with_maps(context, maps, view, Objective::default(), Shading::default())
-        .expect("an evaluator")
-}
-
-fn twin(maps: &Maps, view: &View, rig: &[Light]) -> Inspection {
-    let records: Vec<_> = rig.iter().map(Light::record).collect();
-    cpu::fitness::fitness(maps, view, &Objective::default(), &Shading::default(), &records)
-}
-
-/// The largest difference of score and terms.
-fn difference(a: &Inspection, b: &Inspection) -> f32 {
-    let terms = a.terms.to_array().into_iter().zip(b.terms.to_array());
-    terms.map(|(a, b)| (a - b).abs()).fold((a.score - b.score).abs(), f32::max)
-}
-
-fn evaluate(evaluator: &mut GpuEvaluator, rigs: &[Vec<Light>]) -> Vec<f32> {
-    let mut scores = vec![f32::NAN; rigs.len()];
-    evaluator.evaluate(&population(rigs), &mut scores).expect("scores");
-    scores
-}
 
 #[test]
 fn terms_are_those_of_the_plain_twins() {
@@ -55,7 +32,7 @@ fn terms_are_those_of_the_plain_twins() {
             for rig in rigs(lights as u64, 4, lights, kind) {
                 let made = evaluator.inspect(&rig).expect("an inspection");
                 let expected = twin(&maps, &view, &rig);
-                let far = difference(&made, &expected);
+                let far = difference(made.quality(), expected.quality());
                 assert!(far < TOLERANCE, "{width}x{height} {lights}: {made:?} {expected:?}");
                 for (at, (a, b)) in made.picture.iter().zip(&expected.picture).enumerate() {
                     assert!((a - b).abs() < 2e-3, "pixel {at}: {a} {b}");
@@ -89,17 +66,17 @@ fn one_pixel_and_one_light_are_noticed() {
     let (maps, view) = (ball(40, 30), view(40, 30, false));
     let rig = rigs(3, 1, 2, LightKind::Point).remove(0);
     let made = evaluator(&context, &maps, &view).inspect(&rig).expect("an inspection");
-    assert!(difference(&made, &twin(&maps, &view, &rig)) < TOLERANCE);
+    assert!(difference(made.quality(), twin(&maps, &view, &rig).quality()) < TOLERANCE);
 
     let mut pixel = maps.clone();
     let center = 15 * 40 + 20;
     pixel.surface.base_color[center] = [0.0; 3];
     pixel.surface.emissive[center] = [0.0; 3];
-    assert!(difference(&made, &twin(&pixel, &view, &rig)) > TOLERANCE);
+    assert!(difference(made.quality(), twin(&pixel, &view, &rig).quality()) > TOLERANCE);
 
     let mut light = rig.clone();
     light[1].azimuth += 0.1;
-    assert!(difference(&made, &twin(&maps, &view, &light)) > TOLERANCE);
+    assert!(difference(made.quality(), twin(&maps, &view, &light).quality()) > TOLERANCE);
     assert_valid(&context);
 }
 
@@ -124,7 +101,10 @@ fn unusual_pictures() {
         for rig in rigs(11, 3, 2, LightKind::Point) {
             let made = evaluator.inspect(&rig).expect("an inspection");
             let expected = twin(&maps, &view, &rig);
-            assert!(difference(&made, &expected) < TOLERANCE, "{made:?} {expected:?}");
+            assert!(
+                difference(made.quality(), expected.quality()) < TOLERANCE,
+                "{made:?} {expected:?}"
+            );
             assert_eq!(made.statistics.histogram.iter().sum::<u32>(), maps.counts.object());
         }
     }

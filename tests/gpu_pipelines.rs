@@ -6,9 +6,10 @@ mod figures;
 #[path = "support/gpu.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod support;
+#[path = "support/twins.rs"]
+mod twins;
 
 use figures::{instances, masked, normal_mapped, perspective, quads};
-use klieg::cpu;
 use klieg::evaluate::{Evaluator, Inspection};
 use klieg::gpu::{ComputeShape, Context, ContextOptions, GpuEvaluator, PipelineKind};
 use klieg::lighting::shading::Shading;
@@ -19,6 +20,7 @@ use klieg::scene::Scene;
 use klieg::scene::view::View;
 use std::sync::Arc;
 use support::{assert_valid, ball, maps, population, rigs, view, with_options};
+use twins::{difference, evaluate, evaluator, twin};
 
 const TOLERANCE: f32 = 1e-4;
 
@@ -35,25 +37,9 @@ fn context((pipeline, shape): (PipelineKind, Option<ComputeShape>)) -> Arc<Conte
     with_options(ContextOptions { pipeline: Some(pipeline), shape, ..Default::default() })
 }
 
-fn evaluator(context: &Arc<Context>, maps: &Maps, view: &View) -> GpuEvaluator {
-    GpuEvaluator::with_maps(context, maps, view, Objective::default(), Shading::default())
-        .expect("an evaluator")
-}
-
 fn of_scene(context: &Arc<Context>, scene: &Scene, view: &View) -> GpuEvaluator {
     GpuEvaluator::new(context, scene, view, Objective::default(), Shading::default())
         .expect("an evaluator")
-}
-
-fn twin(maps: &Maps, view: &View, rig: &[Light]) -> Inspection {
-    let records: Vec<_> = rig.iter().map(Light::record).collect();
-    cpu::fitness::fitness(maps, view, &Objective::default(), &Shading::default(), &records)
-}
-
-/// The largest difference of score and terms.
-fn difference(a: &Inspection, b: &Inspection) -> f32 {
-    let terms = a.terms.to_array().into_iter().zip(b.terms.to_array());
-    terms.map(|(a, b)| (a - b).abs()).fold((a.score - b.score).abs(), f32::max)
 }
 
 /// Checks score and terms of every rig of a population.
@@ -61,16 +47,9 @@ fn check_all(evaluator: &mut GpuEvaluator, rigs: &[Vec<Light>], expected: &[Insp
     let made = evaluator.qualities(&population(rigs)).expect("qualities");
     assert_eq!(made.len(), expected.len());
     for (at, (a, b)) in made.iter().zip(expected).enumerate() {
-        let terms = a.terms.to_array().into_iter().zip(b.terms.to_array());
-        let far = terms.map(|(a, b)| (a - b).abs()).fold((a.score - b.score).abs(), f32::max);
+        let far = difference(*a, b.quality());
         assert!(far < TOLERANCE, "{at}: {a:?} {:?}", b.terms);
     }
-}
-
-fn evaluate(evaluator: &mut GpuEvaluator, rigs: &[Vec<Light>]) -> Vec<f32> {
-    let mut scores = vec![f32::NAN; rigs.len()];
-    evaluator.evaluate(&population(rigs), &mut scores).expect("scores");
-    scores
 }
 
 /// Checks score, terms, histogram and picture of a few rigs.
@@ -78,7 +57,10 @@ fn check(evaluator: &mut GpuEvaluator, maps: &Maps, view: &View, rigs: &[Vec<Lig
     for rig in rigs {
         let made = evaluator.inspect(rig).expect("an inspection");
         let expected = twin(maps, view, rig);
-        assert!(difference(&made, &expected) < TOLERANCE, "{what}: {made:?} {expected:?}");
+        assert!(
+            difference(made.quality(), expected.quality()) < TOLERANCE,
+            "{what}: {made:?} {expected:?}"
+        );
         assert_eq!(made.statistics.histogram.iter().sum::<u32>(), maps.counts.object(), "{what}");
         for (at, (a, b)) in made.picture.iter().zip(&expected.picture).enumerate() {
             assert!((a - b).abs() < 2e-3, "{what}, pixel {at}: {a} {b}");
@@ -249,9 +231,9 @@ fn one_pixel_and_one_light_are_noticed_by_every_pipeline() {
     for way in OF_MAPS {
         let context = context(way);
         let made = evaluator(&context, &maps, &view).inspect(&rig).expect("an inspection");
-        assert!(difference(&made, &twin(&maps, &view, &rig)) < TOLERANCE);
-        assert!(difference(&made, &twin(&pixel, &view, &rig)) > TOLERANCE);
-        assert!(difference(&made, &twin(&maps, &view, &light)) > TOLERANCE);
+        assert!(difference(made.quality(), twin(&maps, &view, &rig).quality()) < TOLERANCE);
+        assert!(difference(made.quality(), twin(&pixel, &view, &rig).quality()) > TOLERANCE);
+        assert!(difference(made.quality(), twin(&maps, &view, &light).quality()) > TOLERANCE);
     }
 }
 
@@ -267,8 +249,8 @@ fn forward_notices_a_moved_polygon() {
     let mut moved = scene.clone();
     moved.meshes[0].vertices[0].position[0] -= 0.2;
     let moved = of_scene(&context, &moved, &view).inspect(&rig).expect("an inspection");
-    assert!(difference(&made, &twin(&maps, &view, &rig)) < TOLERANCE);
-    assert!(difference(&moved, &twin(&maps, &view, &rig)) > TOLERANCE);
+    assert!(difference(made.quality(), twin(&maps, &view, &rig).quality()) < TOLERANCE);
+    assert!(difference(moved.quality(), twin(&maps, &view, &rig).quality()) > TOLERANCE);
 }
 
 #[test]

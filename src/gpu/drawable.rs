@@ -2,7 +2,7 @@
 
 use super::geometry::{Draw, Geometry, draws};
 use super::layout::Camera;
-use super::pipeline::{DescriptorSet, MAIN, Pipeline, ShaderModule, Specialization};
+use super::pipeline::{DescriptorSet, Pipeline, ShaderModule, Specialization, shader_stage};
 use super::textures::Textures;
 use super::{Call, Context};
 use crate::Result;
@@ -159,16 +159,9 @@ impl DrawPipeline<'_> {
             (ShaderModule::new(context, vertex)?, ShaderModule::new(context, fragment)?);
         let specialization = Specialization::new(self.constants);
         let specialization = specialization.info();
-        let stage = |stage, module: &ShaderModule| {
-            vk::PipelineShaderStageCreateInfo::default()
-                .stage(stage)
-                .module(module.raw())
-                .name(MAIN)
-                .specialization_info(&specialization)
-        };
         let stages = [
-            stage(vk::ShaderStageFlags::VERTEX, &vertex),
-            stage(vk::ShaderStageFlags::FRAGMENT, &fragment),
+            shader_stage(vk::ShaderStageFlags::VERTEX, &vertex, &specialization),
+            shader_stage(vk::ShaderStageFlags::FRAGMENT, &fragment, &specialization),
         ];
         let (bindings, attributes) = vertex_layout();
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
@@ -235,4 +228,21 @@ fn vertex_layout()
         attribute(4, vk::Format::R8G8B8A8_UNORM, offset_of!(Vertex, color)),
     ];
     ([binding], attributes)
+}
+
+/// An attachment of a pass that draws geometry: cleared first, and left in `layout`.
+pub fn attachment(
+    format: vk::Format,
+    store: vk::AttachmentStoreOp,
+    layout: vk::ImageLayout,
+) -> vk::AttachmentDescription {
+    vk::AttachmentDescription::default()
+        .format(format)
+        .samples(vk::SampleCountFlags::TYPE_1)
+        .load_op(vk::AttachmentLoadOp::CLEAR)
+        .store_op(store)
+        .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
+        .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
+        .initial_layout(vk::ImageLayout::UNDEFINED)
+        .final_layout(layout)
 }

@@ -3,10 +3,10 @@
 //! right, and is what the other pipelines are measured against.
 
 use super::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
-use super::drawable::{DrawPipeline, Drawable};
+use super::drawable::{DrawPipeline, Drawable, attachment};
 use super::layout::Chunk;
 use super::memory::{Buffer, Image, ImageDesc};
-use super::pipeline::{DescriptorSet, Pipeline};
+use super::pipeline::{ByLights, DescriptorSet};
 use super::population::{self, Draw, FORMAT};
 use super::view::ViewMemory;
 use super::{Call, Context, geometry, shaders};
@@ -24,7 +24,7 @@ const NO_OBJECT: f32 = -1.0;
 /// The draw, with a pipeline for each number of lights seen.
 pub struct ForwardDraw {
     target: Option<Target>,
-    pipelines: Vec<(usize, Pipeline)>,
+    pipelines: ByLights,
     pass: vk::RenderPass,
     layout: vk::PipelineLayout,
     lights: DescriptorSet,
@@ -75,7 +75,7 @@ impl ForwardDraw {
         let lights = DescriptorSet::new(context, "forward", &[(0, kind.0, kind.1)])?;
         let mut draw = Self {
             target: None,
-            pipelines: Vec::new(),
+            pipelines: ByLights::default(),
             pass: vk::RenderPass::null(),
             layout: vk::PipelineLayout::null(),
             lights,
@@ -107,19 +107,16 @@ impl Draw for ForwardDraw {
     }
 
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
-        if self.pipelines.iter().all(|(l, _)| *l != lights) {
-            let [width, height] = view.size;
-            let pipeline = DrawPipeline {
-                stem: "forward",
-                shaders: [shaders::FORWARD_VERT, shaders::FORWARD_FRAG],
-                constants: &[lights as u32],
-                layout: self.layout,
-                pass: (self.pass, 1),
-                extent: vk::Extent2D { width, height },
-            };
-            self.pipelines.push((lights, pipeline.create(&self.context)?));
-        }
-        Ok(())
+        let [width, height] = view.size;
+        let pipeline = DrawPipeline {
+            stem: "forward",
+            shaders: [shaders::FORWARD_VERT, shaders::FORWARD_FRAG],
+            constants: &[lights as u32],
+            layout: self.layout,
+            pass: (self.pass, 1),
+            extent: vk::Extent2D { width, height },
+        };
+        self.pipelines.prepare(lights, || pipeline.create(&self.context))
     }
 
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, lights: &Buffer) -> Result<()> {
@@ -163,8 +160,6 @@ impl Draw for ForwardDraw {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        let found = self.pipelines.iter().find(|(l, _)| *l == lights);
-        let (_, pipeline) = found.expect("a prepared number of lights");
         let device = self.context.device();
         let target = self.target();
         let background = vk::ClearColorValue { float32: [NO_OBJECT, 0.0, 0.0, 0.0] };
@@ -180,7 +175,7 @@ impl Draw for ForwardDraw {
         // for this pass and layout.
         unsafe {
             device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
-            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
+            device.cmd_bind_pipeline(cmd, point, self.pipelines.of(lights).raw());
             device.cmd_bind_descriptor_sets(cmd, point, self.layout, 2, &set, &[]);
             self.scene.record(cmd, self.layout, (chunk.first * lights as u32, Some(count)));
             device.cmd_end_render_pass(cmd);
@@ -191,17 +186,6 @@ impl Draw for ForwardDraw {
 /// A cleared colour attachment that compute shaders read next, and a depth that is only tested.
 fn render_pass(context: &Arc<Context>) -> Result<vk::RenderPass> {
     use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
-    let attachment = |format, store, layout| {
-        vk::AttachmentDescription::default()
-            .format(format)
-            .samples(vk::SampleCountFlags::TYPE_1)
-            .load_op(vk::AttachmentLoadOp::CLEAR)
-            .store_op(store)
-            .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
-            .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-            .initial_layout(vk::ImageLayout::UNDEFINED)
-            .final_layout(layout)
-    };
     let depth_layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
     let shader_layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
     let attachments = [

@@ -8,7 +8,7 @@ use std::ffi::CStr;
 use std::sync::Arc;
 
 /// The entry point of every shader.
-pub(super) const MAIN: &CStr = c"main";
+const MAIN: &CStr = c"main";
 
 /// A binding of a set: its number, its kind, and the stages that may use it.
 pub type Binding = (u32, vk::DescriptorType, vk::ShaderStageFlags);
@@ -225,6 +225,46 @@ impl Drop for ShaderModule {
     }
 }
 
+/// Pipelines that are specialised to the number of lights of a rig.
+#[derive(Default)]
+pub struct ByLights(Vec<(usize, Pipeline)>);
+
+impl ByLights {
+    /// Makes the pipeline for `lights` lights, unless it is there.
+    ///
+    /// # Errors
+    /// What `make` reports.
+    pub fn prepare(
+        &mut self,
+        lights: usize,
+        make: impl FnOnce() -> Result<Pipeline>,
+    ) -> Result<()> {
+        if self.0.iter().all(|(l, _)| *l != lights) {
+            self.0.push((lights, make()?));
+        }
+        Ok(())
+    }
+
+    /// The pipeline for a number of lights that was prepared.
+    pub fn of(&self, lights: usize) -> &Pipeline {
+        let found = self.0.iter().find(|(l, _)| *l == lights);
+        &found.expect("a prepared number of lights").1
+    }
+}
+
+/// One of a pipeline's stages.
+pub fn shader_stage<'a>(
+    stage: vk::ShaderStageFlags,
+    module: &ShaderModule,
+    specialization: &'a vk::SpecializationInfo<'a>,
+) -> vk::PipelineShaderStageCreateInfo<'a> {
+    vk::PipelineShaderStageCreateInfo::default()
+        .stage(stage)
+        .module(module.raw())
+        .name(MAIN)
+        .specialization_info(specialization)
+}
+
 /// A pipeline that is destroyed with its owner.
 pub struct Pipeline {
     raw: vk::Pipeline,
@@ -246,11 +286,7 @@ impl Pipeline {
         let module = ShaderModule::new(context, spirv)?;
         let specialization = Specialization::new(constants);
         let specialization = specialization.info();
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(module.raw)
-            .name(MAIN)
-            .specialization_info(&specialization);
+        let stage = shader_stage(vk::ShaderStageFlags::COMPUTE, &module, &specialization);
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw)];
         let cache = vk::PipelineCache::null();
         // SAFETY: module and layout are alive, and the shader was written for the layout.

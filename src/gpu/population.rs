@@ -4,7 +4,7 @@
 use super::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
 use super::layout::Chunk;
 use super::memory::{Buffer, Image, ImageDesc};
-use super::pipeline::{MAIN, Pipeline, ShaderModule, Specialization};
+use super::pipeline::{ByLights, Pipeline, ShaderModule, Specialization, shader_stage};
 use super::view::{PUSH_STAGES, ViewMemory};
 use super::{Call, Context, shaders};
 use crate::Result;
@@ -78,7 +78,7 @@ pub struct StoredDraw {
     pass: vk::RenderPass,
     vertex: ShaderModule,
     fragment: ShaderModule,
-    pipelines: Vec<(usize, Pipeline)>,
+    pipelines: ByLights,
     context: Arc<Context>,
 }
 
@@ -98,7 +98,7 @@ impl StoredDraw {
             fragment: ShaderModule::new(context, shaders::POPULATION_FRAG)?,
             pictures: None,
             pass: render_pass(context)?,
-            pipelines: Vec::new(),
+            pipelines: ByLights::default(),
             context: Arc::clone(context),
         })
     }
@@ -107,20 +107,19 @@ impl StoredDraw {
         self.pictures.as_ref().expect("allocated before use")
     }
 
-    fn pipeline(&self, view: &ViewMemory, lights: usize) -> Result<Pipeline> {
+    fn pipeline(
+        context: &Arc<Context>,
+        [vertex, fragment]: [&ShaderModule; 2],
+        pass: vk::RenderPass,
+        view: &ViewMemory,
+        lights: usize,
+    ) -> Result<Pipeline> {
         let constants = [lights as u32];
         let specialization = Specialization::new(&constants);
         let specialization = specialization.info();
-        let stage = |stage, module: &ShaderModule| {
-            vk::PipelineShaderStageCreateInfo::default()
-                .stage(stage)
-                .module(module.raw())
-                .name(MAIN)
-                .specialization_info(&specialization)
-        };
         let stages = [
-            stage(vk::ShaderStageFlags::VERTEX, &self.vertex),
-            stage(vk::ShaderStageFlags::FRAGMENT, &self.fragment),
+            shader_stage(vk::ShaderStageFlags::VERTEX, vertex, &specialization),
+            shader_stage(vk::ShaderStageFlags::FRAGMENT, fragment, &specialization),
         ];
         let [width, height] = view.size;
         let viewports = [vk::Viewport {
@@ -156,8 +155,8 @@ impl StoredDraw {
             .multisample_state(&samples)
             .color_blend_state(&blend)
             .layout(view.layout.raw())
-            .render_pass(self.pass);
-        Pipeline::graphics(&self.context, "population", info)
+            .render_pass(pass);
+        Pipeline::graphics(context, "population", info)
     }
 }
 
@@ -171,11 +170,9 @@ impl Draw for StoredDraw {
     }
 
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
-        if self.pipelines.iter().all(|(l, _)| *l != lights) {
-            let pipeline = self.pipeline(view, lights)?;
-            self.pipelines.push((lights, pipeline));
-        }
-        Ok(())
+        let shaders = [&self.vertex, &self.fragment];
+        let make = || Self::pipeline(&self.context, shaders, self.pass, view, lights);
+        self.pipelines.prepare(lights, make)
     }
 
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, _lights: &Buffer) -> Result<()> {
@@ -207,8 +204,6 @@ impl Draw for StoredDraw {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        let found = self.pipelines.iter().find(|(l, _)| *l == lights);
-        let (_, pipeline) = found.expect("a prepared number of lights");
         let to = self.target();
         let device = self.context.device();
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: to.image.extent() };
@@ -221,7 +216,7 @@ impl Draw for StoredDraw {
         // for this pass and layout.
         unsafe {
             device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
-            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
+            device.cmd_bind_pipeline(cmd, point, self.pipelines.of(lights).raw());
             device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[view.set.raw()], &[]);
             device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(chunk));
             device.cmd_draw(cmd, 3, count, 0, 0);

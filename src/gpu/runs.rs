@@ -5,7 +5,7 @@ use super::commands::{COMPUTE_READ, COMPUTE_WRITE, StageTimer};
 use super::generation::Measure;
 use super::layout::{Chunk, pixel_binding};
 use super::memory::{Access, Buffer};
-use super::pipeline::Pipeline;
+use super::pipeline::{ByLights, Pipeline};
 use super::pixels::Pixels;
 use super::view::ViewMemory;
 use super::{Context, geometry, shaders, staging};
@@ -30,7 +30,7 @@ const LIGHT_BYTES: u32 = size_of::<LightRecord>() as u32;
 
 /// The object pixels, the two stages and the memory between them.
 pub struct Runs {
-    shading: Vec<(usize, Pipeline)>,
+    shading: ByLights,
     statistics: Pipeline,
     brightness: Option<Buffer>,
     pixels: Pixels,
@@ -63,7 +63,14 @@ impl Runs {
         let statistics =
             Pipeline::compute(context, "statistics", spirv, &pixels.layout, &constants)?;
         let (size, context) = (view.size, Arc::clone(context));
-        Ok(Self { shading: Vec::new(), statistics, brightness: None, pixels, size, context })
+        Ok(Self {
+            shading: ByLights::default(),
+            statistics,
+            brightness: None,
+            pixels,
+            size,
+            context,
+        })
     }
 
     fn block_bytes(&self) -> u64 {
@@ -96,13 +103,10 @@ impl Measure for Runs {
     }
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
-        if self.shading.iter().all(|(l, _)| *l != lights) {
-            let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32]);
-            let layout = &self.pixels.layout;
-            let pipeline = Pipeline::compute(&self.context, "shading", spirv, layout, &constants)?;
-            self.shading.push((lights, pipeline));
-        }
-        Ok(())
+        let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32]);
+        let layout = &self.pixels.layout;
+        let make = || Pipeline::compute(&self.context, "shading", spirv, layout, &constants);
+        self.shading.prepare(lights, make)
     }
 
     fn allocate(&mut self, _view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
@@ -125,8 +129,7 @@ impl Measure for Runs {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        let found = self.shading.iter().find(|(l, _)| *l == lights);
-        let (_, shading) = found.expect("a prepared number of lights");
+        let shading = self.shading.of(lights);
         let blocks = count.div_ceil(BLOCK);
         let alignment = self.context.limits().min_uniform_buffer_offset_alignment.max(1) as u32;
         timer.stage(cmd, "shading", || {

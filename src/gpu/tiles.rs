@@ -5,7 +5,7 @@ use super::commands::{COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ,
 use super::generation::{Measure, part_bytes};
 use super::layout::{Chunk, Tile};
 use super::memory::{Access, Buffer};
-use super::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
+use super::pipeline::{ByLights, DescriptorSet, Pipeline, PipelineLayout};
 use super::view::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
 use super::{Context, shaders, staging};
 use crate::Result;
@@ -24,7 +24,7 @@ const SIDE: u32 = 32;
 
 /// The list of tiles, the stage, and the first picture.
 pub struct Tiles {
-    stages: Vec<(usize, Pipeline)>,
+    stages: ByLights,
     count: u32,
     picture: Buffer,
     layout: PipelineLayout,
@@ -50,7 +50,7 @@ impl Tiles {
         set.write_buffer(1, &picture);
         let layout = PipelineLayout::new(context, &[&view.set, &set], PUSH_STAGES, PUSH_BYTES)?;
         let (count, context) = (tiles.len() as u32, Arc::clone(context));
-        Ok(Self { stages: Vec::new(), count, picture, layout, set, _list: list, context })
+        Ok(Self { stages: ByLights::default(), count, picture, layout, set, _list: list, context })
     }
 }
 
@@ -76,14 +76,11 @@ impl Measure for Tiles {
     }
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
-        if self.stages.iter().all(|(l, _)| *l != lights) {
-            let subgroup = self.context.report().subgroup_size;
-            let constants = [GROUP, lights as u32, subgroup, SIDE, BLOCK];
-            let (spirv, layout) = (shaders::TILES_COMP, &self.layout);
-            let stage = Pipeline::compute(&self.context, "tiles", spirv, layout, &constants)?;
-            self.stages.push((lights, stage));
-        }
-        Ok(())
+        let subgroup = self.context.report().subgroup_size;
+        let constants = [GROUP, lights as u32, subgroup, SIDE, BLOCK];
+        let (spirv, layout) = (shaders::TILES_COMP, &self.layout);
+        let make = || Pipeline::compute(&self.context, "tiles", spirv, layout, &constants);
+        self.stages.prepare(lights, make)
     }
 
     fn allocate(&mut self, _view: &mut ViewMemory, _chunk: u32, _lights: &Buffer) -> Result<()> {
@@ -98,8 +95,7 @@ impl Measure for Tiles {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        let found = self.stages.iter().find(|(l, _)| *l == lights);
-        let (_, stage) = found.expect("a prepared number of lights");
+        let stage = self.stages.of(lights);
         let device = self.context.device();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let sets = [view.set.raw(), self.set.raw()];

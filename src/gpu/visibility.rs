@@ -2,7 +2,7 @@
 //! its position, normal and material, in the G-buffer.
 
 use super::commands::{COMPUTE_READ, COPY_READ};
-use super::drawable::{DrawPipeline, Drawable};
+use super::drawable::{DrawPipeline, Drawable, attachment};
 use super::memory::{Image, ImageDesc};
 use super::pipeline::Pipeline;
 use super::view::GBuffer;
@@ -130,17 +130,6 @@ impl Drop for Target {
 
 /// A pass that clears and writes the G-buffer and a depth image.
 fn render_pass(context: &Context, colors: [vk::Format; COLORS]) -> Result<vk::RenderPass> {
-    let attachment = |format, store, layout| {
-        vk::AttachmentDescription::default()
-            .format(format)
-            .samples(vk::SampleCountFlags::TYPE_1)
-            .load_op(vk::AttachmentLoadOp::CLEAR)
-            .store_op(store)
-            .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
-            .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-            .initial_layout(vk::ImageLayout::UNDEFINED)
-            .final_layout(layout)
-    };
     let color = |format| attachment(format, vk::AttachmentStoreOp::STORE, vk::ImageLayout::GENERAL);
     let depth_layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
     let depth = attachment(vk::Format::D32_SFLOAT, vk::AttachmentStoreOp::DONT_CARE, depth_layout);

@@ -119,7 +119,7 @@ mod tests {
 
     impl Evaluator for Hills {
         fn device(&self) -> &DeviceInfo {
-            unimplemented!("not asked for")
+            unreachable!("a race only evaluates")
         }
         fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
             self.calls += 1;
@@ -127,13 +127,13 @@ mod tests {
             Ok(())
         }
         fn qualities(&mut self, _: &Population) -> Result<Vec<Quality>> {
-            unimplemented!("not asked for")
+            unreachable!("a race only evaluates")
         }
         fn inspect(&mut self, _: &[Light]) -> Result<Inspection> {
-            unimplemented!("not asked for")
+            unreachable!("a race only evaluates")
         }
         fn maps(&mut self) -> Result<&Maps> {
-            unimplemented!("not asked for")
+            unreachable!("a race only evaluates")
         }
     }
 
