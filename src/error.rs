@@ -47,6 +47,9 @@ pub enum Error {
         /// Its result code.
         result: ash::vk::Result,
     },
+    /// The device was given up by [`Context::forget_device`](crate::gpu::Context::forget_device).
+    #[error("the device is gone")]
+    Forgotten,
     /// The caller broke the work off.
     #[error("interrupted")]
     Interrupted,
@@ -56,7 +59,7 @@ pub enum Error {
         /// What it was for.
         what: String,
         /// The allocator's reason.
-        source: gpu_allocator::AllocationError,
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
 
@@ -64,6 +67,12 @@ impl Error {
     /// A fault of the file at `path`.
     pub fn input(path: impl Into<PathBuf>, fault: impl std::fmt::Display) -> Self {
         Self::Input { path: path.into(), fault: fault.to_string() }
+    }
+
+    /// Whether the device is lost: then nothing works on it any more, and what was made on it may
+    /// be dropped.
+    pub fn is_device_lost(&self) -> bool {
+        matches!(self, Self::Vulkan { result: ash::vk::Result::ERROR_DEVICE_LOST, .. })
     }
 
     /// Whether what the caller gave is at fault, rather than the machine.

@@ -6,11 +6,11 @@ mod support;
 mod twins;
 
 use klieg::evaluate::Evaluator;
-use klieg::gpu::{ContextOptions, GpuEvaluator, PipelineKind};
+use klieg::gpu::{GpuEvaluator, PipelineKind, Tuning};
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{LightKind, Population};
 use klieg::objective::Objective;
-use support::{assert_valid, ball, context, maps, population, rigs, view, with_options};
+use support::{assert_valid, ball, context, maps, population, rigs, view, with_tuning};
 use twins::{difference, evaluate, evaluator, twin};
 
 const TOLERANCE: f32 = 1e-4;
@@ -144,7 +144,7 @@ fn populations_of_any_size_give_the_same_bits_in_any_number_of_draws() {
 
     // Room for seven pictures: 43 draws, the last of 6.
     let picture_memory = Some(u64::from(width * height * 4 * 7));
-    let small = with_options(ContextOptions { picture_memory, ..Default::default() });
+    let small = with_tuning(Tuning { picture_memory, ..Default::default() });
     let mut many_draws = evaluator(&small, &maps, &view);
     assert_eq!(evaluate(&mut many_draws, &all), expected);
     assert_valid(&whole);
@@ -154,7 +154,7 @@ fn populations_of_any_size_give_the_same_bits_in_any_number_of_draws() {
 #[test]
 fn a_population_beyond_the_layer_limit() {
     let pipeline = Some(PipelineKind::Layered);
-    let context = with_options(ContextOptions { pipeline, ..Default::default() });
+    let context = with_tuning(Tuning { pipeline, ..Default::default() });
     let (maps, view) = (ball(9, 7), view(9, 7, false));
     let layers = context.report().max_layers as usize;
     let all = rigs(2, layers + 5, 1, LightKind::Directional);

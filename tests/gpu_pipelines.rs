@@ -11,7 +11,7 @@ mod twins;
 
 use figures::{instances, masked, normal_mapped, perspective, quads};
 use klieg::evaluate::{Evaluator, Inspection};
-use klieg::gpu::{ComputeShape, Context, ContextOptions, GpuEvaluator, PipelineKind};
+use klieg::gpu::{ComputeShape, Context, GpuEvaluator, PipelineKind, Tuning};
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{Light, LightKind};
 use klieg::objective::Objective;
@@ -19,7 +19,7 @@ use klieg::objective::maps::Maps;
 use klieg::scene::Scene;
 use klieg::scene::view::View;
 use std::sync::Arc;
-use support::{assert_valid, ball, maps, population, rigs, view, with_options};
+use support::{assert_valid, ball, maps, population, rigs, view, with_tuning};
 use twins::{difference, evaluate, evaluator, twin};
 
 const TOLERANCE: f32 = 1e-4;
@@ -34,7 +34,7 @@ const TILES: (PipelineKind, Option<ComputeShape>) =
 const OF_MAPS: [(PipelineKind, Option<ComputeShape>); 3] = [LAYERED, RUNS, TILES];
 
 fn context((pipeline, shape): (PipelineKind, Option<ComputeShape>)) -> Arc<Context> {
-    with_options(ContextOptions { pipeline: Some(pipeline), shape, ..Default::default() })
+    with_tuning(Tuning { pipeline: Some(pipeline), shape, ..Default::default() })
 }
 
 fn of_scene(context: &Arc<Context>, scene: &Scene, view: &View) -> GpuEvaluator {
@@ -150,13 +150,9 @@ fn every_pipeline_scores_populations_of_1_to_300() {
 
         // Room for a few pictures only: many chunks, the last of them smaller.
         let picture_memory = Some(45 * 38 * 4 * 11);
-        let options = ContextOptions {
-            pipeline: Some(pipeline),
-            shape,
-            picture_memory,
-            ..Default::default()
-        };
-        let small = with_options(options);
+        let tuning =
+            Tuning { pipeline: Some(pipeline), shape, picture_memory, ..Default::default() };
+        let small = with_tuning(tuning);
         let mut in_chunks = evaluator(&small, &maps, &view);
         assert_eq!(evaluate(&mut in_chunks, &all), scores, "{pipeline} {shape:?}");
         assert_valid(&small);
@@ -200,9 +196,8 @@ fn forward_gives_the_same_bits_in_any_number_of_draws() {
     check_all(&mut at_once, &all, &expected);
     let scores = evaluate(&mut at_once, &all);
     let picture_memory = Some(40 * 33 * 8 * 5);
-    let options =
-        ContextOptions { pipeline: Some(pipeline), shape, picture_memory, ..Default::default() };
-    let small = with_options(options);
+    let tuning = Tuning { pipeline: Some(pipeline), shape, picture_memory, ..Default::default() };
+    let small = with_tuning(tuning);
     assert_eq!(evaluate(&mut of_scene(&small, &scene, &view), &all), scores);
     assert_valid(&whole);
     assert_valid(&small);

@@ -6,7 +6,7 @@
 use super::config::Settings;
 use super::values::Device;
 use crate::evaluate::DeviceInfo;
-use crate::gpu::{self, Context, ContextOptions, DeviceChoice, DeviceReport};
+use crate::gpu::{self, Context, ContextOptions, DeviceChoice, DeviceReport, Tuning};
 use crate::{Error, Result};
 use std::sync::Arc;
 
@@ -47,12 +47,13 @@ pub(super) fn open(device: &Device, settings: &Settings) -> Result<Opened> {
     match (choose(device, &reports), fault) {
         (Ok(Chosen::Cpu), _) => Ok(Opened::Cpu),
         (Ok(Chosen::Vulkan(index)), _) => {
-            let options = ContextOptions {
-                device: DeviceChoice::Index(index),
+            let tuning = Tuning {
                 pipeline: settings.pipeline.kind(),
                 picture_memory: settings.memory.map(|mebibytes| u64::from(mebibytes) << 20),
-                ..ContextOptions::default()
+                ..Tuning::default()
             };
+            let device = DeviceChoice::Index(index);
+            let options = ContextOptions { device, tuning, ..ContextOptions::default() };
             Context::new(&options).map(Opened::Vulkan)
         }
         (Err(_), Some(no_vulkan)) => Err(no_vulkan),

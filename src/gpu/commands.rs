@@ -25,6 +25,7 @@ impl Commands {
     /// # Errors
     /// [`crate::Error::Vulkan`].
     pub fn new(context: &Arc<Context>) -> Result<Self> {
+        context.check_present()?;
         let mut commands = Self {
             pool: vk::CommandPool::null(),
             fence: vk::Fence::null(),
@@ -78,12 +79,10 @@ impl Commands {
         let device = self.context.device();
         let buffers = [self.raw];
         let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
-        // SAFETY: the command buffer is recorded; the fence is unsignalled; the queue is locked.
-        unsafe {
-            device.reset_fences(&[self.fence]).call("vkResetFences")?;
-            let queue = self.context.queue();
-            device.queue_submit(*queue, &submit, self.fence).call("vkQueueSubmit")?;
-        }
+        self.context.check_present()?;
+        // SAFETY: the fence is alive, and no work that would signal it is under way.
+        unsafe { device.reset_fences(&[self.fence]) }.call("vkResetFences")?;
+        self.context.submit(&submit, self.fence)?;
         self.wait()
     }
 
@@ -119,13 +118,12 @@ impl Commands {
 
 impl Drop for Commands {
     fn drop(&mut self) {
-        let device = self.context.device();
         // SAFETY: `run` has waited for the work, unless the device is lost; null handles are
         // allowed.
-        unsafe {
+        self.context.destroy(|device| unsafe {
             device.destroy_fence(self.fence, None);
             device.destroy_command_pool(self.pool, None);
-        }
+        });
     }
 }
 
@@ -355,7 +353,7 @@ impl StageTimer {
 impl Drop for StageTimer {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work before they drop the timer; null is allowed.
-        unsafe { self.context.device().destroy_query_pool(self.pool, None) };
+        self.context.destroy(|device| unsafe { device.destroy_query_pool(self.pool, None) });
     }
 }
 

@@ -1,18 +1,20 @@
-//! A device to work on, with its queue and its memory.
+//! A device to work on, with its queue and its memory: klieg's own, or an engine's.
 
 use super::Call;
+use super::allocator::{Blocks, DeviceAllocator, DeviceMemory, MemoryRequest};
+use super::borrowed::{BorrowedDevice, Held, QueueLock};
 use super::choice::{ComputeShape, PipelineKind};
 use super::devices::{self, DeviceChoice, DeviceReport};
+use super::features::{EnabledFeatures, FeatureChain};
 use super::instance::OwnedInstance;
-use super::requirements;
+use super::requirements::{self, Given, Needs};
 use crate::{Error, Result};
 use ash::{ext, vk};
-use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// How a [`Context`] is made.
+/// How a [`Context`] on a device of its own is made.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ContextOptions {
     /// Which device.
@@ -20,6 +22,13 @@ pub struct ContextOptions {
     /// Whether the validation layer, synchronisation included, watches every call: for tests. What
     /// it says is in [`Context::validation_messages`].
     pub validation: bool,
+    /// How evaluators work.
+    pub tuning: Tuning,
+}
+
+/// How the evaluators of a [`Context`] work.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tuning {
     /// Bytes for the pictures of a population, at most; a population that needs more is drawn in
     /// several parts. Half of the device's memory where not given.
     pub picture_memory: Option<u64>,
@@ -51,23 +60,51 @@ struct AtomicCounters {
     bytes_read: AtomicU64,
 }
 
-/// A Vulkan device, one queue for graphics and compute, and the memory allocator. Everything made
-/// on it holds it, so it goes last.
+/// A Vulkan device, one queue of it, and memory. Everything made on it holds it, so it goes last.
+///
+/// It may be shared between threads, each with evaluators of its own: submissions take turns. On a
+/// device that is lost, whatever reaches the device fails ([`Error::is_device_lost`]); dropping what
+/// was made on it is all that is left to do.
 pub struct Context {
-    allocator: ManuallyDrop<Mutex<Allocator>>,
+    allocator: ManuallyDrop<Mutex<Box<dyn DeviceAllocator>>>,
     queue: Mutex<vk::Queue>,
+    queue_lock: Option<Arc<dyn QueueLock>>,
     counters: AtomicCounters,
     debug: Option<ext::debug_utils::Device>,
     report: DeviceReport,
     limits: vk::PhysicalDeviceLimits,
     queue_family: u32,
     physical: vk::PhysicalDevice,
+    needs: Needs,
     picture_memory: u64,
     pipeline: Option<PipelineKind>,
     shape: ComputeShape,
-    // Dropped in this order.
-    device: OwnedDevice,
-    instance: OwnedInstance,
+    forgotten: AtomicBool,
+    home: Home,
+}
+
+/// Whose device and instance they are.
+enum Home {
+    /// Dropped in this order.
+    Owned { device: OwnedDevice, instance: OwnedInstance },
+    /// The engine's, which destroys them.
+    Borrowed { device: ash::Device, instance: ash::Instance },
+}
+
+impl Home {
+    fn device(&self) -> &ash::Device {
+        match self {
+            Self::Owned { device, .. } => &device.raw,
+            Self::Borrowed { device, .. } => device,
+        }
+    }
+
+    fn instance(&self) -> &ash::Instance {
+        match self {
+            Self::Owned { instance, .. } => &instance.raw,
+            Self::Borrowed { instance, .. } => instance,
+        }
+    }
 }
 
 /// A device that we created and destroy.
@@ -86,8 +123,21 @@ impl Drop for OwnedDevice {
     }
 }
 
+/// What a context is made of besides its home.
+struct Parts {
+    report: DeviceReport,
+    physical: vk::PhysicalDevice,
+    queue: vk::Queue,
+    queue_family: u32,
+    queue_lock: Option<Arc<dyn QueueLock>>,
+    allocator: Option<Box<dyn DeviceAllocator>>,
+    needs: Needs,
+    full_indices: bool,
+    debug_utils: bool,
+}
+
 impl Context {
-    /// A context on the device of `options`.
+    /// A context on a device of its own.
     ///
     /// # Errors
     /// [`Error::NoVulkan`] without a loader, a device, or the validation layer when it is asked
@@ -95,51 +145,150 @@ impl Context {
     /// lacks something; [`Error::Vulkan`] and [`Error::DeviceMemory`] when the driver fails.
     pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
         let instance = OwnedInstance::new(options.validation)?;
-        let (physical, report) = devices::choose(&instance, &options.device)?;
-        let (queue_family, _) = requirements::queue_family(&instance.raw, physical)
+        let (physical, report) = devices::choose(&instance.raw, &options.device)?;
+        let queue_family = requirements::queue_family(&instance.raw, physical)
             .expect("a device that lacks nothing has the queue");
-        let device = create_device(&instance.raw, physical, queue_family)?;
+        let (device, full_indices) = create_device(&instance.raw, physical, queue_family)?;
         // SAFETY: the device was created with one queue of this family.
         let queue = unsafe { device.raw.get_device_queue(queue_family, 0) };
-        let allocator = Allocator::new(&AllocatorCreateDesc {
-            instance: instance.raw.clone(),
-            device: device.raw.clone(),
-            physical_device: physical,
-            debug_settings: Default::default(),
-            buffer_device_address: false,
-            allocation_sizes: Default::default(),
-        })
-        .map_err(|source| Error::DeviceMemory { what: "the allocator".into(), source })?;
-        let debug =
-            instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device.raw));
-        // SAFETY: `physical` is a device of the living instance.
-        let limits = unsafe { instance.raw.get_physical_device_properties(physical) }.limits;
-        let picture_memory = options
-            .picture_memory
-            .unwrap_or(report.memory / 2)
-            .min(requirements::largest_allocation(&instance.raw, physical));
-        let pipeline = options.pipeline;
-        let shape = options.shape.unwrap_or(report.shape);
-        let together = requirements::together(&instance.raw, physical);
+        let parts = Parts {
+            report,
+            physical,
+            queue,
+            queue_family,
+            queue_lock: None,
+            allocator: None,
+            needs: Needs::ALL,
+            full_indices,
+            debug_utils: instance.debug_utils,
+        };
+        Self::of(Home::Owned { device, instance }, parts, &options.tuning)
+    }
+
+    /// A context on an engine's device, which stays the engine's: klieg destroys what it makes itself,
+    /// and no more. Drop everything that klieg made on it before the device goes, or see
+    /// [`Context::forget_device`].
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] with all that the device, its queue or its enabled features lack for
+    /// `needs`; [`Error::Vulkan`] and [`Error::DeviceMemory`] when the driver fails.
+    ///
+    /// # Safety
+    /// The handles are valid, belong together, and stay valid while anything holds the context. The
+    /// features are enabled. Other threads use the queue only with the lock held.
+    pub unsafe fn borrow(
+        borrowed: BorrowedDevice,
+        needs: Needs,
+        tuning: &Tuning,
+    ) -> Result<Arc<Self>> {
+        let BorrowedDevice { instance, physical, device, queue, queue_family, .. } = borrowed;
+        let report = devices::report(&instance, 0, physical, Some(queue_family));
+        let given = Given {
+            api_version: borrowed.api_version,
+            enabled: borrowed.features,
+            queue: requirements::family(&instance, physical, queue_family).map(|f| f.queue_flags),
+        };
+        let lacks = requirements::lacking(&instance, physical, needs, given);
+        if !lacks.is_empty() {
+            let lacks = format!("it lacks {}", lacks.join("; "));
+            return Err(Error::Unsupported { device: report.info.name, lacks });
+        }
+        let parts = Parts {
+            report,
+            physical,
+            queue,
+            queue_family,
+            queue_lock: borrowed.queue_lock,
+            allocator: borrowed.allocator,
+            needs,
+            full_indices: borrowed.features.full_draw_index_uint32,
+            debug_utils: borrowed.debug_utils,
+        };
+        Self::of(Home::Borrowed { device, instance }, parts, tuning)
+    }
+
+    fn of(home: Home, parts: Parts, tuning: &Tuning) -> Result<Arc<Self>> {
+        let Parts { report, physical, queue, queue_family, queue_lock, needs, .. } = parts;
+        let instance = home.instance();
+        let together = requirements::together(instance, physical);
+        let shape = tuning.shape.unwrap_or(report.shape);
         if shape == ComputeShape::Tiles && !ComputeShape::tiles_possible(together) {
             let lacks = "it lacks the subgroups or the shared memory for tiles".into();
             return Err(Error::Unsupported { device: report.info.name, lacks });
         }
+        let allocator = match parts.allocator {
+            Some(allocator) => allocator,
+            None => Box::new(Blocks::new(instance, physical, home.device())?),
+        };
+        let debug =
+            parts.debug_utils.then(|| ext::debug_utils::Device::new(instance, home.device()));
+        // SAFETY: `physical` is a device of the living instance.
+        let mut limits = unsafe { instance.get_physical_device_properties(physical) }.limits;
+        if !parts.full_indices {
+            limits.max_draw_indexed_index_value =
+                limits.max_draw_indexed_index_value.min((1 << 24) - 1);
+        }
+        let picture_memory = tuning
+            .picture_memory
+            .unwrap_or(report.memory / 2)
+            .min(requirements::largest_allocation(instance, physical));
         Ok(Arc::new(Self {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue: Mutex::new(queue),
+            queue_lock,
             counters: AtomicCounters::default(),
             debug,
             report,
             limits,
             queue_family,
             physical,
+            needs,
             picture_memory,
-            pipeline,
+            pipeline: tuning.pipeline,
             shape,
-            device,
-            instance,
+            forgotten: AtomicBool::new(false),
+            home,
         }))
+    }
+
+    /// Says that the device is gone, or soon will be, before all that klieg made on it: from now on klieg
+    /// makes no Vulkan call. What it had made on the device is leaked there; everything but dropping
+    /// fails with [`Error::Forgotten`].
+    pub fn forget_device(&self) {
+        self.forgotten.store(true, Ordering::Release);
+    }
+
+    /// # Errors
+    /// [`Error::Forgotten`] after [`Context::forget_device`].
+    pub(super) fn check_present(&self) -> Result<()> {
+        match self.forgotten.load(Ordering::Acquire) {
+            true => Err(Error::Forgotten),
+            false => Ok(()),
+        }
+    }
+
+    /// Destroys objects of the device, unless it is gone.
+    pub(super) fn destroy(&self, body: impl FnOnce(&ash::Device)) {
+        if self.check_present().is_ok() {
+            body(self.device());
+        }
+    }
+
+    /// What the device was imported for.
+    pub(super) fn needs(&self) -> Needs {
+        self.needs
+    }
+
+    /// # Errors
+    /// [`Error::Unsupported`] unless the device was imported for `what`.
+    pub(super) fn check_needs(&self, covered: bool, what: &str) -> Result<()> {
+        match covered {
+            true => Ok(()),
+            false => Err(Error::Unsupported {
+                device: self.report.info.name.clone(),
+                lacks: format!("it was not imported for {what}"),
+            }),
+        }
     }
 
     /// The device.
@@ -147,9 +296,13 @@ impl Context {
         &self.report
     }
 
-    /// What the validation layer has reported so far; always empty without it.
+    /// What the validation layer has reported so far; always empty without it, and on an engine's
+    /// device, whose instance hears it.
     pub fn validation_messages(&self) -> Vec<String> {
-        self.instance.messages.list()
+        match &self.home {
+            Home::Owned { instance, .. } => instance.messages.list(),
+            Home::Borrowed { .. } => Vec::new(),
+        }
     }
 
     /// What has been made and read back so far.
@@ -170,7 +323,7 @@ impl Context {
 
     /// The device's functions.
     pub(crate) fn device(&self) -> &ash::Device {
-        &self.device.raw
+        self.home.device()
     }
 
     /// The device's limits.
@@ -206,7 +359,7 @@ impl Context {
     ) -> Result<vk::ImageFormatProperties> {
         // SAFETY: `physical` is a device of the living instance.
         unsafe {
-            self.instance.raw.get_physical_device_image_format_properties(
+            self.home.instance().get_physical_device_image_format_properties(
                 self.physical,
                 format,
                 vk::ImageType::TYPE_2D,
@@ -218,9 +371,13 @@ impl Context {
         .call("vkGetPhysicalDeviceImageFormatProperties")
     }
 
-    /// The queue, for one submission at a time.
-    pub(super) fn queue(&self) -> MutexGuard<'_, vk::Queue> {
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Submits to the queue, alone.
+    pub(super) fn submit(&self, submits: &[vk::SubmitInfo<'_>], fence: vk::Fence) -> Result<()> {
+        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        let _engine = self.queue_lock.as_deref().map(Held::new);
+        // SAFETY: the queue is locked, against the engine too; the caller's commands are recorded and
+        // its fence is unsignalled.
+        unsafe { self.device().queue_submit(*queue, submits, fence) }.call("vkQueueSubmit")
     }
 
     /// Labels for debuggers, where there are any.
@@ -238,18 +395,18 @@ impl Context {
         let _ = unsafe { debug.set_debug_utils_object_name(&info) };
     }
 
-    pub(super) fn allocate(&self, desc: &AllocationCreateDesc<'_>) -> Result<Allocation> {
+    pub(super) fn allocate(&self, request: &MemoryRequest<'_>) -> Result<DeviceMemory> {
         self.counters.allocations.fetch_add(1, Ordering::Relaxed);
         let mut allocator = self.allocator.lock().unwrap_or_else(PoisonError::into_inner);
         allocator
-            .allocate(desc)
-            .map_err(|source| Error::DeviceMemory { what: desc.name.to_owned(), source })
+            .allocate(request)
+            .map_err(|source| Error::DeviceMemory { what: request.name.to_owned(), source })
     }
 
-    pub(super) fn free(&self, allocation: Allocation) {
-        let mut allocator = self.allocator.lock().unwrap_or_else(PoisonError::into_inner);
-        // It fails only for an allocation of another allocator; ours come from `allocate`.
-        let _ = allocator.free(allocation);
+    pub(super) fn free(&self, memory: DeviceMemory) {
+        if self.check_present().is_ok() {
+            self.allocator.lock().unwrap_or_else(PoisonError::into_inner).free(memory);
+        }
     }
 
     pub(super) fn count_pipeline(&self) {
@@ -267,29 +424,30 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // SAFETY: dropped once, here, as its memory must be given back before the device goes.
-        unsafe { ManuallyDrop::drop(&mut self.allocator) };
+        // An allocator of a device that is gone must not free its memory there.
+        if self.check_present().is_ok() {
+            // SAFETY: dropped once, here, as its memory must be given back before the device goes.
+            unsafe { ManuallyDrop::drop(&mut self.allocator) };
+        }
     }
 }
 
+/// A device with all that klieg can use, and whether an index may have any 32-bit value.
 fn create_device(
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,
     queue_family: u32,
-) -> Result<OwnedDevice> {
+) -> Result<(OwnedDevice, bool)> {
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(queue_family)
         .queue_priorities(&[1.0])];
-    let features = vk::PhysicalDeviceFeatures::default()
-        .geometry_shader(true)
-        .full_draw_index_uint32(requirements::full_indices(instance, physical));
-    let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default().shader_output_layer(true);
-    let info = vk::DeviceCreateInfo::default()
-        .queue_create_infos(&queues)
-        .enabled_features(&features)
-        .push_next(&mut vulkan12);
-    // SAFETY: the device has the features (its report lacks nothing), and the chain outlives the
-    // call.
-    let raw = unsafe { instance.create_device(physical, &info, None) }.call("vkCreateDevice")?;
-    Ok(OwnedDevice { raw })
+    let wanted = EnabledFeatures::supported(instance, physical);
+    let mut chain = FeatureChain::new(wanted);
+    let mut info = vk::DeviceCreateInfo::default().queue_create_infos(&queues);
+    // SAFETY: the device has the features; `info` and the chain outlive the call.
+    let raw = unsafe {
+        chain.fill(&mut info)?;
+        instance.create_device(physical, &info, None).call("vkCreateDevice")?
+    };
+    Ok((OwnedDevice { raw }, wanted.full_draw_index_uint32))
 }

@@ -3,7 +3,7 @@
 use super::Call;
 use super::choice::{ComputeShape, PipelineKind, Together};
 use super::instance::OwnedInstance;
-use super::requirements;
+use super::requirements::{self, Given, Needs};
 use crate::evaluate::DeviceInfo;
 use crate::{Error, Result};
 use ash::vk;
@@ -58,13 +58,17 @@ pub struct DeviceReport {
 /// [`Error::NoVulkan`] without a Vulkan loader.
 pub fn devices() -> Result<Vec<DeviceReport>> {
     let instance = OwnedInstance::new(false)?;
-    let physical = enumerate(&instance)?;
-    Ok(physical.iter().enumerate().map(|(i, &device)| report(&instance, i, device)).collect())
+    all_reports(&instance.raw).map(|(_, reports)| reports)
 }
 
-fn enumerate(instance: &OwnedInstance) -> Result<Vec<vk::PhysicalDevice>> {
+fn all_reports(instance: &ash::Instance) -> Result<(Vec<vk::PhysicalDevice>, Vec<DeviceReport>)> {
     // SAFETY: the instance is alive.
-    unsafe { instance.raw.enumerate_physical_devices() }.call("vkEnumeratePhysicalDevices")
+    let physical =
+        unsafe { instance.enumerate_physical_devices() }.call("vkEnumeratePhysicalDevices")?;
+    let report =
+        |(i, &device)| report(instance, i, device, requirements::queue_family(instance, device));
+    let reports = physical.iter().enumerate().map(report).collect();
+    Ok((physical, reports))
 }
 
 /// The chosen device, able to run klieg.
@@ -73,12 +77,10 @@ fn enumerate(instance: &OwnedInstance) -> Result<Vec<vk::PhysicalDevice>> {
 /// [`Error::NoVulkan`] without any device, [`Error::Argument`] for one that is not there,
 /// [`Error::Unsupported`] where it lacks something.
 pub(super) fn choose(
-    instance: &OwnedInstance,
+    instance: &ash::Instance,
     choice: &DeviceChoice,
 ) -> Result<(vk::PhysicalDevice, DeviceReport)> {
-    let physical = enumerate(instance)?;
-    let reports: Vec<_> =
-        physical.iter().enumerate().map(|(i, &device)| report(instance, i, device)).collect();
+    let (physical, reports) = all_reports(instance)?;
     let found = find(&reports, choice)?;
     let report = reports[found].clone();
     if !report.lacks.is_empty() {
@@ -126,18 +128,24 @@ fn rank(kind: &str) -> usize {
     order.iter().position(|&k| k == kind).unwrap_or(order.len())
 }
 
-fn report(instance: &OwnedInstance, index: usize, device: vk::PhysicalDevice) -> DeviceReport {
+/// What a device can do with a queue of `family`, if created by klieg.
+pub(super) fn report(
+    instance: &ash::Instance,
+    index: usize,
+    device: vk::PhysicalDevice,
+    family: Option<u32>,
+) -> DeviceReport {
     // SAFETY: `device` is a physical device of the living instance.
     let (properties, memory) = unsafe {
         (
-            instance.raw.get_physical_device_properties(device),
-            instance.raw.get_physical_device_memory_properties(device),
+            instance.get_physical_device_properties(device),
+            instance.get_physical_device_memory_properties(device),
         )
     };
     let limits = &properties.limits;
     let version = properties.api_version;
     let together = match version >= vk::API_VERSION_1_1 {
-        true => requirements::together(&instance.raw, device),
+        true => requirements::together(instance, device),
         false => Together::default(),
     };
     let software = properties.device_type == vk::PhysicalDeviceType::CPU;
@@ -165,17 +173,24 @@ fn report(instance: &OwnedInstance, index: usize, device: vk::PhysicalDevice) ->
             .map(|heap| heap.size)
             .max()
             .unwrap_or(0),
-        timestamps: requirements::queue_family(&instance.raw, device).is_some_and(|(_, t)| t),
+        timestamps: family
+            .and_then(|family| requirements::family(instance, device, family))
+            .is_some_and(|family| family.timestamp_valid_bits > 0),
         subgroup_size: together.subgroup,
         pipeline: PipelineKind::Compute,
         shape,
         pipeline_reason,
-        lacks: requirements::lacking(&instance.raw, device),
+        lacks: requirements::lacking(
+            instance,
+            device,
+            Needs::ALL,
+            Given::by_creation(instance, device),
+        ),
     }
 }
 
 fn info(
-    instance: &OwnedInstance,
+    instance: &ash::Instance,
     device: vk::PhysicalDevice,
     properties: &vk::PhysicalDeviceProperties,
 ) -> DeviceInfo {
@@ -185,7 +200,7 @@ fn info(
         let mut details = vk::PhysicalDeviceDriverProperties::default();
         let mut chain = vk::PhysicalDeviceProperties2::default().push_next(&mut details);
         // SAFETY: a Vulkan 1.2 device of the living instance; the chain outlives the call.
-        unsafe { instance.raw.get_physical_device_properties2(device, &mut chain) };
+        unsafe { instance.get_physical_device_properties2(device, &mut chain) };
         let name = text(details.driver_name_as_c_str());
         driver = format!("{name} {}", text(details.driver_info_as_c_str())).trim().to_owned();
     }

@@ -56,6 +56,7 @@ impl GpuEvaluator {
         objective: Objective,
         shading: Shading,
     ) -> Result<Self> {
+        context.check_needs(context.needs().scene, "drawing scenes")?;
         let (view, drawn, drawable) = drawn::draw(context, scene, view, &objective, &shading)?;
         let objects = drawn.objects(&view)?;
         Self::of(context, view, objects, Some((drawn, drawable)), None)
@@ -86,6 +87,8 @@ impl GpuEvaluator {
     ) -> Result<Self> {
         let (drawn, drawable) = scene.unzip();
         let pipeline = context.pipeline().unwrap_or_else(|| best(context, objects));
+        let layers = pipeline != PipelineKind::Compute;
+        context.check_needs(!layers || context.needs().layers, "pictures drawn in layers")?;
         let measure: Box<dyn Measure + Send> = match pipeline {
             PipelineKind::Layered => {
                 let draw = Box::new(StoredDraw::new(context)?);

@@ -43,18 +43,18 @@ struct Target {
 impl Drop for Target {
     fn drop(&mut self) {
         // SAFETY: owners wait for the draw before they drop its target.
-        unsafe { self.context.device().destroy_framebuffer(self.framebuffer, None) };
+        self.context
+            .destroy(|device| unsafe { device.destroy_framebuffer(self.framebuffer, None) });
     }
 }
 
 impl Drop for ForwardDraw {
     fn drop(&mut self) {
-        let device = self.context.device();
         // SAFETY: owners wait for the draw before they drop it; null handles are allowed.
-        unsafe {
+        self.context.destroy(|device| unsafe {
             device.destroy_pipeline_layout(self.layout, None);
             device.destroy_render_pass(self.pass, None);
-        }
+        });
     }
 }
 

@@ -1,28 +1,18 @@
 //! Buffers and images with their memory.
 
+pub use super::allocator::Access;
+use super::allocator::{DeviceMemory, MemoryRequest};
 use super::{Call, Context};
 use crate::Result;
 use ash::vk;
 use bytemuck::Pod;
-use gpu_allocator::MemoryLocation;
-use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use std::ptr::NonNull;
 use std::sync::Arc;
-
-/// Who touches a buffer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Access {
-    /// The device alone.
-    Device,
-    /// The host writes, the device reads.
-    Upload,
-    /// The device writes, the host reads.
-    Readback,
-}
 
 /// A buffer, mapped for as long as it lives unless only the device touches it.
 pub struct Buffer {
     raw: vk::Buffer,
-    allocation: Option<Allocation>,
+    memory: Option<DeviceMemory>,
     size: u64,
     context: Arc<Context>,
 }
@@ -43,25 +33,15 @@ impl Buffer {
         let device = context.device();
         // SAFETY: the device is alive; `info` is complete.
         let raw = unsafe { device.create_buffer(&info, None) }.call("vkCreateBuffer")?;
-        let mut buffer = Self { raw, allocation: None, size, context: Arc::clone(context) };
+        let mut buffer = Self { raw, memory: None, size, context: Arc::clone(context) };
         // SAFETY: the buffer was made on this device.
         let requirements = unsafe { device.get_buffer_memory_requirements(raw) };
-        let allocation = context.allocate(&AllocationCreateDesc {
-            name,
-            requirements,
-            location: match access {
-                Access::Device => MemoryLocation::GpuOnly,
-                Access::Upload => MemoryLocation::CpuToGpu,
-                Access::Readback => MemoryLocation::GpuToCpu,
-            },
-            linear: true,
-            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-        })?;
+        let memory =
+            context.allocate(&MemoryRequest { name, requirements, access, linear: true })?;
+        buffer.memory = Some(memory);
         // SAFETY: the memory is fresh, large enough and of a type that the buffer allows.
-        let bound =
-            unsafe { device.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
-        buffer.allocation = Some(allocation);
-        bound.call("vkBindBufferMemory")?;
+        unsafe { device.bind_buffer_memory(raw, memory.memory, memory.offset) }
+            .call("vkBindBufferMemory")?;
         context.name(raw, name);
         Ok(buffer)
     }
@@ -98,8 +78,9 @@ impl Buffer {
     /// When the buffer is not [`Access::Upload`] or too small.
     pub fn write<T: Pod>(&mut self, data: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut);
-        mapped.expect("a mapped buffer")[..bytes.len()].copy_from_slice(bytes);
+        let to = self.mapped(bytes.len());
+        // SAFETY: so many bytes are mapped there, for this buffer alone.
+        unsafe { to.copy_from_nonoverlapping(NonNull::from(bytes).cast(), bytes.len()) };
     }
 
     /// Reads the front of the buffer; the work that wrote it must have ended. Counted in
@@ -109,18 +90,25 @@ impl Buffer {
     /// When the buffer is not [`Access::Readback`] or too small.
     pub fn read<T: Pod>(&self, out: &mut [T]) {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(out);
-        let mapped = self.allocation.as_ref().and_then(Allocation::mapped_slice);
-        bytes.copy_from_slice(&mapped.expect("a mapped buffer")[..bytes.len()]);
+        let from = self.mapped(bytes.len());
+        // SAFETY: so many bytes are mapped there, and the device no longer writes them.
+        unsafe { from.copy_to_nonoverlapping(NonNull::from(&mut *bytes).cast(), bytes.len()) };
         self.context.count_read(bytes.len());
+    }
+
+    /// The first of `bytes` mapped bytes.
+    fn mapped(&self, bytes: usize) -> NonNull<u8> {
+        assert!(bytes as u64 <= self.size, "{bytes} bytes in a buffer of {}", self.size);
+        self.memory.and_then(|memory| memory.mapped).expect("a mapped buffer")
     }
 }
 
 impl Drop for Buffer {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work that uses the buffer before they drop it.
-        unsafe { self.context.device().destroy_buffer(self.raw, None) };
-        if let Some(allocation) = self.allocation.take() {
-            self.context.free(allocation);
+        self.context.destroy(|device| unsafe { device.destroy_buffer(self.raw, None) });
+        if let Some(memory) = self.memory.take() {
+            self.context.free(memory);
         }
     }
 }
@@ -148,7 +136,7 @@ pub struct ImageDesc<'a> {
 pub struct Image {
     raw: vk::Image,
     view: vk::ImageView,
-    allocation: Option<Allocation>,
+    memory: Option<DeviceMemory>,
     range: vk::ImageSubresourceRange,
     extent: vk::Extent2D,
     format: vk::Format,
@@ -179,7 +167,7 @@ impl Image {
         let mut image = Self {
             raw,
             view: vk::ImageView::null(),
-            allocation: None,
+            memory: None,
             range: vk::ImageSubresourceRange::default()
                 .aspect_mask(aspect)
                 .level_count(desc.mips)
@@ -198,18 +186,12 @@ impl Image {
         let device = self.context.device();
         // SAFETY: the image was made on this device.
         let requirements = unsafe { device.get_image_memory_requirements(self.raw) };
-        let allocation = self.context.allocate(&AllocationCreateDesc {
-            name,
-            requirements,
-            location: MemoryLocation::GpuOnly,
-            linear: false,
-            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-        })?;
+        let request = MemoryRequest { name, requirements, access: Access::Device, linear: false };
+        let memory = self.context.allocate(&request)?;
+        self.memory = Some(memory);
         // SAFETY: the memory is fresh, large enough and of a type that the image allows.
-        let bound =
-            unsafe { device.bind_image_memory(self.raw, allocation.memory(), allocation.offset()) };
-        self.allocation = Some(allocation);
-        bound.call("vkBindImageMemory")
+        unsafe { device.bind_image_memory(self.raw, memory.memory, memory.offset) }
+            .call("vkBindImageMemory")
     }
 
     fn create_view(&mut self, array: bool) -> Result<()> {
@@ -254,15 +236,14 @@ impl Image {
 
 impl Drop for Image {
     fn drop(&mut self) {
-        let device = self.context.device();
         // SAFETY: owners wait for the work that uses the image before they drop it; null handles
         // are allowed.
-        unsafe {
+        self.context.destroy(|device| unsafe {
             device.destroy_image_view(self.view, None);
             device.destroy_image(self.raw, None);
-        }
-        if let Some(allocation) = self.allocation.take() {
-            self.context.free(allocation);
+        });
+        if let Some(memory) = self.memory.take() {
+            self.context.free(memory);
         }
     }
 }

@@ -3,6 +3,8 @@
 //! A stage carries one name everywhere: its shader in `shaders/`, its pipeline here, its plain twin
 //! in [`crate::cpu`], its debug label and its row of timings.
 
+mod allocator;
+mod borrowed;
 mod choice;
 mod commands;
 mod context;
@@ -10,6 +12,7 @@ mod devices;
 mod drawable;
 mod drawn;
 mod evaluator;
+mod features;
 mod forward;
 mod generation;
 mod geometry;
@@ -33,11 +36,15 @@ mod tiles;
 mod view;
 mod visibility;
 
+pub use allocator::{Access, DeviceAllocator, DeviceMemory, MemoryRequest};
+pub use borrowed::{BorrowedDevice, QueueLock};
 pub use choice::{ComputeShape, PipelineKind};
-pub use context::{Context, ContextOptions, Counters};
+pub use context::{Context, ContextOptions, Counters, Tuning};
 pub use devices::{DeviceChoice, DeviceReport, devices};
 pub use evaluator::GpuEvaluator;
+pub use features::{EnabledFeatures, FeatureChain};
 pub use readback::ReadbackEvaluator;
+pub use requirements::{Limit, Needs, Requirements};
 
 use crate::{Error, Result};
 use ash::vk;

@@ -118,12 +118,11 @@ impl DescriptorSet {
 
 impl Drop for DescriptorSet {
     fn drop(&mut self) {
-        let device = self.context.device();
         // SAFETY: owners wait for the work that uses the set; null handles are allowed.
-        unsafe {
+        self.context.destroy(|device| unsafe {
             device.destroy_descriptor_pool(self.pool, None);
             device.destroy_descriptor_set_layout(self.layout, None);
-        }
+        });
     }
 }
 
@@ -166,7 +165,7 @@ impl PipelineLayout {
 impl Drop for PipelineLayout {
     fn drop(&mut self) {
         // SAFETY: pipelines and command buffers may outlive their layout.
-        unsafe { self.context.device().destroy_pipeline_layout(self.raw, None) };
+        self.context.destroy(|device| unsafe { device.destroy_pipeline_layout(self.raw, None) });
     }
 }
 
@@ -221,7 +220,7 @@ impl ShaderModule {
 impl Drop for ShaderModule {
     fn drop(&mut self) {
         // SAFETY: pipelines do not need their modules once made.
-        unsafe { self.context.device().destroy_shader_module(self.raw, None) };
+        self.context.destroy(|device| unsafe { device.destroy_shader_module(self.raw, None) });
     }
 }
 
@@ -330,6 +329,6 @@ impl Pipeline {
 impl Drop for Pipeline {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work that uses the pipeline before they drop it.
-        unsafe { self.context.device().destroy_pipeline(self.raw, None) };
+        self.context.destroy(|device| unsafe { device.destroy_pipeline(self.raw, None) });
     }
 }

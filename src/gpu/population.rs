@@ -68,7 +68,8 @@ struct Pictures {
 impl Drop for Pictures {
     fn drop(&mut self) {
         // SAFETY: owners wait for the draw before they drop its target.
-        unsafe { self.context.device().destroy_framebuffer(self.framebuffer, None) };
+        self.context
+            .destroy(|device| unsafe { device.destroy_framebuffer(self.framebuffer, None) });
     }
 }
 
@@ -85,7 +86,7 @@ pub struct StoredDraw {
 impl Drop for StoredDraw {
     fn drop(&mut self) {
         // SAFETY: owners wait for the draw before they drop it.
-        unsafe { self.context.device().destroy_render_pass(self.pass, None) };
+        self.context.destroy(|device| unsafe { device.destroy_render_pass(self.pass, None) });
     }
 }
 

@@ -163,15 +163,14 @@ impl Textures {
 
 impl Drop for Textures {
     fn drop(&mut self) {
-        let device = self.context.device();
         // SAFETY: owners wait for the work that uses the textures; null handles are allowed.
-        unsafe {
+        self.context.destroy(|device| unsafe {
             device.destroy_descriptor_pool(self.pool, None);
             device.destroy_descriptor_set_layout(self.layout, None);
             for (_, sampler) in &self.samplers {
                 device.destroy_sampler(*sampler, None);
             }
-        }
+        });
     }
 }
 

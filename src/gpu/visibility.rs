@@ -118,13 +118,12 @@ impl Target {
 
 impl Drop for Target {
     fn drop(&mut self) {
-        let device = self.context.device();
         // SAFETY: owners wait for the work that uses the target; null handles are allowed.
-        unsafe {
+        self.context.destroy(|device| unsafe {
             device.destroy_pipeline_layout(self.layout, None);
             device.destroy_framebuffer(self.framebuffer, None);
             device.destroy_render_pass(self.render_pass, None);
-        }
+        });
     }
 }
 

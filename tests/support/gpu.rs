@@ -1,7 +1,7 @@
 //! A watched Vulkan device, and maps made without any scene.
 
 use glam::{DVec3, Mat4, Vec3};
-use klieg::gpu::{Context, ContextOptions};
+use klieg::gpu::{Context, ContextOptions, Tuning};
 use klieg::lighting::{Light, LightKind, Population, Role};
 use klieg::objective::Objective;
 use klieg::objective::maps::{Maps, Surface};
@@ -12,12 +12,12 @@ use std::sync::Arc;
 
 /// The best Vulkan device with the validation layer on; a machine without either fails the test.
 pub fn context() -> Arc<Context> {
-    with_options(ContextOptions::default())
+    with_tuning(Tuning::default())
 }
 
-/// The same with other options.
-pub fn with_options(options: ContextOptions) -> Arc<Context> {
-    Context::new(&ContextOptions { validation: true, ..options })
+/// The same with other tuning.
+pub fn with_tuning(tuning: Tuning) -> Arc<Context> {
+    Context::new(&ContextOptions { validation: true, tuning, ..Default::default() })
         .expect("a Vulkan device and the validation layer")
 }
 
