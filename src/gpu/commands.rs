@@ -4,6 +4,7 @@ use super::memory::{Buffer, Image};
 use super::{Call, Context};
 use crate::Result;
 use ash::vk;
+use bytemuck::Pod;
 use std::ffi::CString;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -148,7 +149,46 @@ pub const HOST_READ: Scope = (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOS
 /// Nothing came before.
 pub const NOTHING: Scope = (vk::PipelineStageFlags::TOP_OF_PIPE, vk::AccessFlags::empty());
 
+/// Whoever used klieg's memory before, on the device.
+const EARLIER: Scope = (
+    vk::PipelineStageFlags::from_raw(
+        vk::PipelineStageFlags::ALL_GRAPHICS.as_raw()
+            | vk::PipelineStageFlags::COMPUTE_SHADER.as_raw()
+            | vk::PipelineStageFlags::TRANSFER.as_raw(),
+    ),
+    vk::AccessFlags::from_raw(
+        vk::AccessFlags::MEMORY_READ.as_raw() | vk::AccessFlags::MEMORY_WRITE.as_raw(),
+    ),
+);
+/// Bytes that one `vkCmdUpdateBuffer` may have at most.
+const UPDATE_BYTES: usize = 65536;
+
 impl Context {
+    /// What comes before, on a queue of this kind.
+    fn earlier(&self) -> Scope {
+        match self.needs().draws() {
+            true => EARLIER,
+            false => (EARLIER.0 & !vk::PipelineStageFlags::ALL_GRAPHICS, EARLIER.1),
+        }
+    }
+
+    /// Lets what follows use klieg's memory after all that used it in earlier recordings.
+    pub(super) fn follow_earlier(&self, cmd: vk::CommandBuffer) {
+        self.barrier(cmd, self.earlier(), self.earlier());
+    }
+
+    /// Copies `data` into the commands, and from there to the front of `to` when they run; shaders see
+    /// it then. `to` may be a target of copies.
+    pub(super) fn update<T: Pod>(&self, cmd: vk::CommandBuffer, to: &Buffer, data: &[T]) {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        for (i, piece) in bytes.chunks(UPDATE_BYTES).enumerate() {
+            let offset = (i * UPDATE_BYTES) as u64;
+            // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds the data.
+            unsafe { self.device().cmd_update_buffer(cmd, to.raw(), offset, piece) };
+        }
+        self.barrier(cmd, COPY_WRITE, self.earlier());
+    }
+
     /// Makes what `before` wrote, in any memory, seen by `after`.
     pub(super) fn barrier(&self, cmd: vk::CommandBuffer, before: Scope, after: Scope) {
         let memory =
@@ -260,7 +300,7 @@ pub struct StageTimer {
 }
 
 impl StageTimer {
-    /// A timer of at most `capacity` stages.
+    /// A timer of at most `capacity` stages; one of none only labels them.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`].
@@ -273,7 +313,7 @@ impl StageTimer {
             rows: Vec::new(),
             context: Arc::clone(context),
         };
-        if context.report().timestamps {
+        if capacity > 0 && context.report().timestamps {
             let info = vk::QueryPoolCreateInfo::default()
                 .query_type(vk::QueryType::TIMESTAMP)
                 .query_count(2 * capacity);

@@ -46,6 +46,8 @@ pub fn draw(
     objective: &Objective,
     shading: &Shading,
 ) -> Result<(ViewMemory, Drawn, Drawable)> {
+    context.check_present()?;
+    context.check_needs(context.needs().scene, "drawing scenes")?;
     let mut memory = ViewMemory::new(context, view, objective, shading)?;
     let g_buffer = memory.add_g_buffer()?;
     let drawable = Drawable::new(context, scene, view, shading)?;

@@ -16,13 +16,28 @@ use super::tiles::Tiles;
 use super::view::ViewMemory;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
-use crate::lighting::{Light, Population};
+use crate::lighting::{Light, Population, check_number};
 use crate::objective::maps::Maps;
 use crate::objective::{Objective, Quality, Statistics};
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
+use ash::vk;
 use std::sync::Arc;
+
+/// Where a recorded evaluation leaves its scores.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScoreTarget {
+    /// In klieg's mapped memory, for [`GpuEvaluator::read_scores`].
+    Mapped,
+    /// In a buffer of the engine, an `f32` for each individual in order.
+    Buffer {
+        /// The buffer.
+        buffer: vk::Buffer,
+        /// Where the first score goes, bytes from its front.
+        offset: u64,
+    },
+}
 
 /// Measures populations on a Vulkan device: N chromosomes go up, N numbers come back.
 ///
@@ -56,7 +71,6 @@ impl GpuEvaluator {
         objective: Objective,
         shading: Shading,
     ) -> Result<Self> {
-        context.check_needs(context.needs().scene, "drawing scenes")?;
         let (view, drawn, drawable) = drawn::draw(context, scene, view, &objective, &shading)?;
         let objects = drawn.objects(&view)?;
         Self::of(context, view, objects, Some((drawn, drawable)), None)
@@ -74,6 +88,7 @@ impl GpuEvaluator {
         objective: Objective,
         shading: Shading,
     ) -> Result<Self> {
+        context.check_present()?;
         let view = ViewMemory::with_maps(context, maps, view, &objective, &shading)?;
         Self::of(context, view, maps.counts.object(), None, Some(maps.clone()))
     }
@@ -148,12 +163,91 @@ impl GpuEvaluator {
         self.generation.as_ref().map_or(&[], |generation| generation.timer.rows())
     }
 
-    /// Makes memory and pipelines for the population, unless they are there.
-    fn prepare(&mut self, population: &Population) -> Result<u32> {
-        let records = population.records().len();
-        let individuals = u32::try_from(population.len())
-            .map_err(|_| Error::Argument(format!("{} individuals", population.len())))?;
-        self.measure.prepare(&self.view, population.lights())?;
+    /// Makes memory and pipelines for populations of up to `individuals` rigs of `lights` lights, so
+    /// that [`GpuEvaluator::record`] finds all that it needs. No recording of this evaluator may be in
+    /// use.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] when that is more than the device's buffers can hold, and what the device
+    /// reports.
+    pub fn reserve(&mut self, individuals: u32, lights: usize) -> Result<()> {
+        check_number(lights)?;
+        self.prepare(individuals, lights)
+    }
+
+    /// Records the evaluation of a population into an engine's command buffer, outside render passes:
+    /// never submits, waits or makes anything.
+    ///
+    /// The lights are copied into the commands, so that the population may change at once and a recording
+    /// may be made while the last one runs. What was recorded before, on the same queue, is waited for
+    /// by a barrier first. The scores are at `target` when the commands have run; for
+    /// [`ScoreTarget::Buffer`] as a write of `TRANSFER`, which the engine makes visible to its readers.
+    /// Pipeline, sets and push constants that were bound are not any more.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a population that [`GpuEvaluator::reserve`] has made no room for.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded on this device, for the family of the context's queue; its submissions
+    /// run one after the other, none beside [`Evaluator::evaluate`]; the evaluator outlives them. A
+    /// buffer holds 4 bytes for each individual, a multiple of 4 bytes from its front on, and may be the
+    /// target of copies.
+    pub unsafe fn record(
+        &mut self,
+        cmd: vk::CommandBuffer,
+        population: &Population,
+        target: ScoreTarget,
+    ) -> Result<()> {
+        self.context.check_present()?;
+        if population.is_empty() {
+            return Ok(());
+        }
+        let (individuals, lights) = (population.len(), population.lights());
+        let records = population.records();
+        let held = |g: &&mut GenerationMemory| {
+            u32::try_from(individuals).is_ok_and(|i| g.holds(i, records.len()))
+        };
+        let generation =
+            self.generation.as_mut().filter(held).filter(|_| self.measure.prepared(lights));
+        let generation = generation.ok_or_else(|| {
+            Error::Argument(format!("no room was made for {individuals} rigs of {lights} lights"))
+        })?;
+        let context = &self.context;
+        context.follow_earlier(cmd);
+        context.update(cmd, &generation.lights, records);
+        let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
+        generation.record(cmd, context, stages, (individuals as u32, lights), false);
+        if let ScoreTarget::Buffer { buffer, offset } = target {
+            let region =
+                [vk::BufferCopy::default().dst_offset(offset).size(4 * individuals as u64)];
+            let from = generation.scores.raw();
+            // SAFETY: the caller's promises for `cmd` and the buffer.
+            unsafe { context.device().cmd_copy_buffer(cmd, from, buffer, &region) };
+        }
+        Ok(())
+    }
+
+    /// Reads the scores of the last recording with [`ScoreTarget::Mapped`], whose commands have run.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for more scores than there is room for.
+    pub fn read_scores(&self, scores: &mut [f32]) -> Result<()> {
+        let generation = self.generation.as_ref();
+        match generation.filter(|g| g.scores.size() >= size_of_val(scores) as u64) {
+            Some(generation) => generation.scores.read(scores),
+            None => {
+                let fault = format!("no room was made for {} scores", scores.len());
+                return Err(Error::Argument(fault));
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes memory and pipelines, unless they are there.
+    fn prepare(&mut self, individuals: u32, lights: usize) -> Result<()> {
+        self.context.check_present()?;
+        let records = individuals as usize * lights;
+        self.measure.prepare(&self.view, lights)?;
         if !self.generation.as_ref().is_some_and(|g| g.holds(individuals, records)) {
             let (held, held_records) =
                 self.generation.as_ref().map_or((0, 0), GenerationMemory::capacity);
@@ -164,7 +258,7 @@ impl GpuEvaluator {
             let (view, measure) = (&mut self.view, &mut *self.measure);
             self.generation = Some(GenerationMemory::new(&self.context, view, measure, capacity)?);
         }
-        Ok(individuals)
+        Ok(())
     }
 
     /// Terms and statistics of the first individuals of the last generation.
@@ -201,14 +295,16 @@ impl Evaluator for GpuEvaluator {
         if population.is_empty() {
             return Ok(());
         }
-        let individuals = self.prepare(population)?;
+        let individuals = u32::try_from(population.len())
+            .map_err(|_| Error::Argument(format!("{} individuals", population.len())))?;
+        self.prepare(individuals, population.lights())?;
         let generation = self.generation.as_mut().expect("made by `prepare`");
         let plan = (individuals, population.lights());
         if self.recorded != Some(plan) {
             self.recorded = None;
             self.commands.record(|cmd| {
                 let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
-                generation.record(cmd, &self.context, stages, plan);
+                generation.record(cmd, &self.context, stages, plan, true);
                 Ok(())
             })?;
             self.recorded = Some(plan);

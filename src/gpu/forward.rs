@@ -119,6 +119,10 @@ impl Draw for ForwardDraw {
         self.pipelines.prepare(lights, || pipeline.create(&self.context))
     }
 
+    fn prepared(&self, lights: usize) -> bool {
+        self.pipelines.has(lights)
+    }
+
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, lights: &Buffer) -> Result<()> {
         // The old pictures go first, so that the two need not fit together.
         self.target = None;

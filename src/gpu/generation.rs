@@ -46,6 +46,9 @@ pub trait Measure {
     /// What the device reports.
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
 
+    /// Whether that is there.
+    fn prepared(&self, lights: usize) -> bool;
+
     /// Makes room for `chunk` pictures; the lights will be in `lights`.
     ///
     /// # Errors
@@ -93,6 +96,8 @@ pub struct GenerationMemory {
     pub details: Buffer,
     /// Times of the last run.
     pub timer: StageTimer,
+    /// Labels the stages of an engine's recordings.
+    untimed: StageTimer,
     /// Individuals that are measured at once.
     chunk: u32,
     individuals: u32,
@@ -132,14 +137,16 @@ impl GenerationMemory {
                 "{individuals} individuals are more than the device's buffers can hold"
             )));
         }
-        let lights_usage = storage | vk::BufferUsageFlags::UNIFORM_BUFFER;
+        let lights_usage =
+            storage | vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
         let details_usage = storage | vk::BufferUsageFlags::TRANSFER_SRC;
         let scores = u64::from(individuals) * 4;
         let memory = Self {
             lights: Buffer::new(context, "lights", lights, lights_usage, Access::Upload)?,
-            scores: Buffer::new(context, "scores", scores, storage, Access::Readback)?,
+            scores: Buffer::new(context, "scores", scores, details_usage, Access::Readback)?,
             details: Buffer::new(context, "details", details, details_usage, Access::Device)?,
             timer: StageTimer::new(context, STAGES * individuals.div_ceil(chunk))?,
+            untimed: StageTimer::new(context, 0)?,
             chunk,
             individuals,
             records,
@@ -171,15 +178,18 @@ impl GenerationMemory {
         (self.individuals, self.records)
     }
 
-    /// Records a generation of `individuals` rigs of `lights` lights.
+    /// Records a generation of `individuals` rigs of `lights` lights, which klieg submits itself and
+    /// times, or which an engine submits.
     pub fn record(
         &mut self,
         cmd: vk::CommandBuffer,
         context: &Context,
         (view, measure, fitness): (&ViewMemory, &dyn Measure, &Fitness),
         (individuals, lights): (u32, usize),
+        timed: bool,
     ) {
-        self.timer.reset(cmd);
+        let timer = if timed { &mut self.timer } else { &mut self.untimed };
+        timer.reset(cmd);
         let [histogram_entries, entries] = self.entries;
         for first in (0..individuals).step_by(self.chunk as usize) {
             if first > 0 {
@@ -188,9 +198,9 @@ impl GenerationMemory {
             }
             let count = self.chunk.min(individuals - first);
             let chunk = Chunk { first, histogram_entries, entries, ..Chunk::default() };
-            measure.record(cmd, view, &mut self.timer, (&chunk, count), lights);
+            measure.record(cmd, view, timer, (&chunk, count), lights);
             context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
-            self.timer.stage(cmd, "fitness", || {
+            timer.stage(cmd, "fitness", || {
                 view.dispatch(cmd, &fitness.0, [count, 1, 1], &chunk);
             });
         }

@@ -77,6 +77,10 @@ impl Measure for Layered {
         self.draw.prepare(view, lights)
     }
 
+    fn prepared(&self, lights: usize) -> bool {
+        self.draw.prepared(lights)
+    }
+
     fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
         self.draw.allocate(self.size, chunk, lights)?;
         let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;

@@ -41,7 +41,7 @@ pub use borrowed::{BorrowedDevice, QueueLock};
 pub use choice::{ComputeShape, PipelineKind};
 pub use context::{Context, ContextOptions, Counters, Tuning};
 pub use devices::{DeviceChoice, DeviceReport, devices};
-pub use evaluator::GpuEvaluator;
+pub use evaluator::{GpuEvaluator, ScoreTarget};
 pub use features::{EnabledFeatures, FeatureChain};
 pub use readback::ReadbackEvaluator;
 pub use requirements::{Limit, Needs, Requirements};

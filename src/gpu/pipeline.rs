@@ -238,10 +238,15 @@ impl ByLights {
         lights: usize,
         make: impl FnOnce() -> Result<Pipeline>,
     ) -> Result<()> {
-        if self.0.iter().all(|(l, _)| *l != lights) {
+        if !self.has(lights) {
             self.0.push((lights, make()?));
         }
         Ok(())
+    }
+
+    /// Whether a number of lights was prepared.
+    pub fn has(&self, lights: usize) -> bool {
+        self.0.iter().any(|(l, _)| *l == lights)
     }
 
     /// The pipeline for a number of lights that was prepared.

@@ -39,6 +39,9 @@ pub trait Draw {
     /// What the device reports.
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
 
+    /// Whether that is there.
+    fn prepared(&self, lights: usize) -> bool;
+
     /// Makes room for `count` pictures; the lights will be in `lights`.
     ///
     /// # Errors
@@ -174,6 +177,10 @@ impl Draw for StoredDraw {
         let shaders = [&self.vertex, &self.fragment];
         let make = || Self::pipeline(&self.context, shaders, self.pass, view, lights);
         self.pipelines.prepare(lights, make)
+    }
+
+    fn prepared(&self, lights: usize) -> bool {
+        self.pipelines.has(lights)
     }
 
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, _lights: &Buffer) -> Result<()> {

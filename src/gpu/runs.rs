@@ -109,6 +109,10 @@ impl Measure for Runs {
         self.shading.prepare(lights, make)
     }
 
+    fn prepared(&self, lights: usize) -> bool {
+        self.shading.has(lights)
+    }
+
     fn allocate(&mut self, _view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
         // The old memory goes first, so that the two need not fit together.
         self.brightness = None;

@@ -83,6 +83,10 @@ impl Measure for Tiles {
         self.stages.prepare(lights, make)
     }
 
+    fn prepared(&self, lights: usize) -> bool {
+        self.stages.has(lights)
+    }
+
     fn allocate(&mut self, _view: &mut ViewMemory, _chunk: u32, _lights: &Buffer) -> Result<()> {
         Ok(())
     }
