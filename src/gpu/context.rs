@@ -3,6 +3,7 @@
 use super::Call;
 use super::allocator::{Blocks, DeviceAllocator, DeviceMemory, MemoryRequest};
 use super::borrowed::{BorrowedDevice, Held, QueueLock};
+use super::cache::Cache;
 use super::choice::{ComputeShape, PipelineKind};
 use super::devices::{self, DeviceChoice, DeviceReport};
 use super::features::{EnabledFeatures, FeatureChain};
@@ -69,6 +70,7 @@ pub struct Context {
     allocator: ManuallyDrop<Mutex<Box<dyn DeviceAllocator>>>,
     queue: Mutex<vk::Queue>,
     queue_lock: Option<Arc<dyn QueueLock>>,
+    cache: Cache,
     counters: AtomicCounters,
     debug: Option<ext::debug_utils::Device>,
     report: DeviceReport,
@@ -236,6 +238,7 @@ impl Context {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue: Mutex::new(queue),
             queue_lock,
+            cache: Cache::default(),
             counters: AtomicCounters::default(),
             debug,
             report,
@@ -380,6 +383,11 @@ impl Context {
         unsafe { self.device().queue_submit(*queue, submits, fence) }.call("vkQueueSubmit")
     }
 
+    /// Layouts, render passes and pipelines, for all who work on the device.
+    pub(super) fn cache(&self) -> &Cache {
+        &self.cache
+    }
+
     /// Labels for debuggers, where there are any.
     pub(super) fn debug(&self) -> Option<&ext::debug_utils::Device> {
         self.debug.as_ref()
@@ -424,6 +432,8 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
+        // SAFETY: whoever used the pipelines held the context, waited for his work, and is gone.
+        self.destroy(|device| unsafe { self.cache.destroy(device) });
         // An allocator of a device that is gone must not free its memory there.
         if self.check_present().is_ok() {
             // SAFETY: dropped once, here, as its memory must be given back before the device goes.

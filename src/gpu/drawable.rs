@@ -1,10 +1,11 @@
-//! The scene as the draws of its geometry need it, and what their pipelines have in common.
+//! The scene as the draws of its geometry need it.
 
+use super::Context;
 use super::geometry::{Draw, Geometry, draws};
+use super::graphics::VertexInput;
 use super::layout::Camera;
-use super::pipeline::{DescriptorSet, Pipeline, ShaderModule, Specialization, shader_stage};
+use super::pipeline::{DescriptorSet, PipelineLayout};
 use super::textures::Textures;
-use super::{Call, Context};
 use crate::Result;
 use crate::lighting::shading::Shading;
 use crate::scene::view::View;
@@ -65,19 +66,10 @@ impl Drawable {
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`].
-    pub fn layout(&self, more: &[vk::DescriptorSetLayout]) -> Result<vk::PipelineLayout> {
+    pub fn layout(&self, more: &[vk::DescriptorSetLayout]) -> Result<PipelineLayout> {
         let mut sets = vec![self.set.layout(), self.textures.layout()];
         sets.extend(more);
-        let push = [vk::PushConstantRange {
-            stage_flags: PUSH_STAGES,
-            offset: 0,
-            size: size_of::<Camera>() as u32,
-        }];
-        let info =
-            vk::PipelineLayoutCreateInfo::default().set_layouts(&sets).push_constant_ranges(&push);
-        // SAFETY: the device and all that the info names are alive.
-        unsafe { self.context.device().create_pipeline_layout(&info, None) }
-            .call("vkCreatePipelineLayout")
+        PipelineLayout::new(&self.context, &sets, PUSH_STAGES, size_of::<Camera>() as u32)
     }
 
     /// Records the draws of all instances, `individuals` times over, in a render pass with its
@@ -85,10 +77,10 @@ impl Drawable {
     pub fn record(
         &self,
         cmd: vk::CommandBuffer,
-        layout: vk::PipelineLayout,
+        layout: PipelineLayout,
         (first_light, individuals): (u32, Option<u32>),
     ) {
-        let device = self.context.device();
+        let (device, layout) = (self.context.device(), layout.raw());
         let graphics = vk::PipelineBindPoint::GRAPHICS;
         // SAFETY: `cmd` is being recorded on this device; everything bound belongs to `self`, and
         // the layout came from it.
@@ -132,117 +124,29 @@ impl Drawable {
     }
 }
 
-/// What the pipelines that draw a scene differ in.
-pub struct DrawPipeline<'a> {
-    /// The stage's stem.
-    pub stem: &'a str,
-    /// Vertex and fragment shader.
-    pub shaders: [&'a [u32]; 2],
-    /// Specialisation constants of both.
-    pub constants: &'a [u32],
-    /// Of the scene's sets and others.
-    pub layout: vk::PipelineLayout,
-    /// A pass with so many colour attachments.
-    pub pass: (vk::RenderPass, usize),
-    /// Size of the picture.
-    pub extent: vk::Extent2D,
-}
-
-impl DrawPipeline<'_> {
-    /// Makes the pipeline: reversed depth, and no culling, as that depends on the material.
-    ///
-    /// # Errors
-    /// [`crate::Error::Vulkan`].
-    pub fn create(&self, context: &Arc<Context>) -> Result<Pipeline> {
-        let [vertex, fragment] = self.shaders;
-        let (vertex, fragment) =
-            (ShaderModule::new(context, vertex)?, ShaderModule::new(context, fragment)?);
-        let specialization = Specialization::new(self.constants);
-        let specialization = specialization.info();
-        let stages = [
-            shader_stage(vk::ShaderStageFlags::VERTEX, &vertex, &specialization),
-            shader_stage(vk::ShaderStageFlags::FRAGMENT, &fragment, &specialization),
-        ];
-        let (bindings, attributes) = vertex_layout();
-        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
-            .vertex_binding_descriptions(&bindings)
-            .vertex_attribute_descriptions(&attributes);
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
-            .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
-        let vk::Extent2D { width, height } = self.extent;
-        let viewports =
-            [vk::Viewport::default().width(width as f32).height(height as f32).max_depth(1.0)];
-        let scissors = [self.extent.into()];
-        let viewport = vk::PipelineViewportStateCreateInfo::default()
-            .viewports(&viewports)
-            .scissors(&scissors);
-        // Back faces are sorted out in the fragment shader: it depends on the material.
-        let raster = vk::PipelineRasterizationStateCreateInfo::default()
-            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
-            .line_width(1.0);
-        let samples = vk::PipelineMultisampleStateCreateInfo::default()
-            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
-        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(true)
-            .depth_write_enable(true)
-            .depth_compare_op(vk::CompareOp::GREATER);
-        let blend = vk::PipelineColorBlendAttachmentState::default()
-            .color_write_mask(vk::ColorComponentFlags::RGBA);
-        let blend = vec![blend; self.pass.1];
-        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blend);
-        let info = vk::GraphicsPipelineCreateInfo::default()
-            .stages(&stages)
-            .vertex_input_state(&vertex_input)
-            .input_assembly_state(&assembly)
-            .viewport_state(&viewport)
-            .rasterization_state(&raster)
-            .multisample_state(&samples)
-            .depth_stencil_state(&depth)
-            .color_blend_state(&blend)
-            .layout(self.layout)
-            .render_pass(self.pass.0);
-        Pipeline::graphics(context, self.stem, info)
+/// [`Vertex`], as the vertex shaders read it.
+pub const VERTICES: VertexInput = {
+    const fn attribute(
+        location: u32,
+        format: vk::Format,
+        offset: usize,
+    ) -> vk::VertexInputAttributeDescription {
+        vk::VertexInputAttributeDescription { location, binding: 0, format, offset: offset as u32 }
     }
-}
-
-/// [`Vertex`], as the vertex shader reads it.
-fn vertex_layout()
--> ([vk::VertexInputBindingDescription; 1], [vk::VertexInputAttributeDescription; 5]) {
-    let binding = vk::VertexInputBindingDescription {
-        binding: 0,
-        stride: size_of::<Vertex>() as u32,
-        input_rate: vk::VertexInputRate::VERTEX,
-    };
-    let attribute = |location, format, offset: usize| vk::VertexInputAttributeDescription {
-        location,
-        binding: 0,
-        format,
-        offset: offset as u32,
-    };
-    let (vec3, vec4) = (vk::Format::R32G32B32_SFLOAT, vk::Format::R32G32B32A32_SFLOAT);
-    let attributes = [
-        attribute(0, vec3, offset_of!(Vertex, position)),
-        attribute(1, vec3, offset_of!(Vertex, normal)),
-        attribute(2, vec4, offset_of!(Vertex, tangent)),
-        attribute(3, vec4, offset_of!(Vertex, uv)),
-        attribute(4, vk::Format::R8G8B8A8_UNORM, offset_of!(Vertex, color)),
-    ];
-    ([binding], attributes)
-}
-
-/// An attachment of a pass that draws geometry: cleared first, and left in `layout`.
-pub fn attachment(
-    format: vk::Format,
-    store: vk::AttachmentStoreOp,
-    layout: vk::ImageLayout,
-) -> vk::AttachmentDescription {
-    vk::AttachmentDescription::default()
-        .format(format)
-        .samples(vk::SampleCountFlags::TYPE_1)
-        .load_op(vk::AttachmentLoadOp::CLEAR)
-        .store_op(store)
-        .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
-        .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-        .initial_layout(vk::ImageLayout::UNDEFINED)
-        .final_layout(layout)
-}
+    const VEC3: vk::Format = vk::Format::R32G32B32_SFLOAT;
+    const VEC4: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+    VertexInput {
+        bindings: &[vk::VertexInputBindingDescription {
+            binding: 0,
+            stride: size_of::<Vertex>() as u32,
+            input_rate: vk::VertexInputRate::VERTEX,
+        }],
+        attributes: &[
+            attribute(0, VEC3, offset_of!(Vertex, position)),
+            attribute(1, VEC3, offset_of!(Vertex, normal)),
+            attribute(2, VEC4, offset_of!(Vertex, tangent)),
+            attribute(3, VEC4, offset_of!(Vertex, uv)),
+            attribute(4, vk::Format::R8G8B8A8_UNORM, offset_of!(Vertex, color)),
+        ],
+    }
+};

@@ -3,13 +3,14 @@
 //! right, and is what the other pipelines are measured against.
 
 use super::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
-use super::drawable::{DrawPipeline, Drawable, attachment};
+use super::drawable::{Drawable, VERTICES};
+use super::graphics::{DEPTH, Framebuffer, GraphicsPipeline, RenderPass, attachment};
 use super::layout::Chunk;
 use super::memory::{Buffer, Image, ImageDesc};
-use super::pipeline::{ByLights, DescriptorSet};
+use super::pipeline::{ByLights, DescriptorSet, PipelineLayout};
 use super::population::{self, Draw, FORMAT};
 use super::view::ViewMemory;
-use super::{Call, Context, geometry, shaders};
+use super::{Context, geometry, shaders};
 use crate::Result;
 use ash::vk;
 use std::sync::Arc;
@@ -25,8 +26,8 @@ const NO_OBJECT: f32 = -1.0;
 pub struct ForwardDraw {
     target: Option<Target>,
     pipelines: ByLights,
-    pass: vk::RenderPass,
-    layout: vk::PipelineLayout,
+    pass: RenderPass,
+    layout: PipelineLayout,
     lights: DescriptorSet,
     scene: Drawable,
     context: Arc<Context>,
@@ -34,28 +35,9 @@ pub struct ForwardDraw {
 
 /// The pictures of a chunk with their depths.
 struct Target {
+    framebuffer: Framebuffer,
     pictures: Image,
-    framebuffer: vk::Framebuffer,
     _depth: Image,
-    context: Arc<Context>,
-}
-
-impl Drop for Target {
-    fn drop(&mut self) {
-        // SAFETY: owners wait for the draw before they drop its target.
-        self.context
-            .destroy(|device| unsafe { device.destroy_framebuffer(self.framebuffer, None) });
-    }
-}
-
-impl Drop for ForwardDraw {
-    fn drop(&mut self) {
-        // SAFETY: owners wait for the draw before they drop it; null handles are allowed.
-        self.context.destroy(|device| unsafe {
-            device.destroy_pipeline_layout(self.layout, None);
-            device.destroy_render_pass(self.pass, None);
-        });
-    }
 }
 
 impl ForwardDraw {
@@ -73,18 +55,15 @@ impl ForwardDraw {
         }
         let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX);
         let lights = DescriptorSet::new(context, "forward", &[(0, kind.0, kind.1)])?;
-        let mut draw = Self {
+        Ok(Self {
             target: None,
             pipelines: ByLights::default(),
-            pass: vk::RenderPass::null(),
-            layout: vk::PipelineLayout::null(),
+            pass: render_pass(context)?,
+            layout: scene.layout(&[lights.layout()])?,
             lights,
             scene,
             context: Arc::clone(context),
-        };
-        draw.pass = render_pass(context)?;
-        draw.layout = draw.scene.layout(&[draw.lights.layout()])?;
-        Ok(draw)
+        })
     }
 
     fn target(&self) -> &Target {
@@ -106,15 +85,14 @@ impl Draw for ForwardDraw {
         u32::MAX / self.scene.most_instances().max(1)
     }
 
-    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
-        let [width, height] = view.size;
-        let pipeline = DrawPipeline {
-            stem: "forward",
+    fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
+        let pipeline = GraphicsPipeline {
+            stem: self.stem(),
             shaders: [shaders::FORWARD_VERT, shaders::FORWARD_FRAG],
+            vertices: VERTICES,
             constants: &[lights as u32],
             layout: self.layout,
-            pass: (self.pass, 1),
-            extent: vk::Extent2D { width, height },
+            pass: self.pass,
         };
         self.pipelines.prepare(lights, || pipeline.create(&self.context))
     }
@@ -129,7 +107,7 @@ impl Draw for ForwardDraw {
         let pictures = population::pictures(&self.context, [width, height], count)?;
         let depth = ImageDesc {
             name: "forward depth",
-            format: vk::Format::D32_SFLOAT,
+            format: DEPTH,
             width,
             height,
             layers: Some(count),
@@ -137,18 +115,9 @@ impl Draw for ForwardDraw {
             usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
         };
         let depth = Image::new(&self.context, &depth)?;
-        let views = [pictures.view(), depth.view()];
-        let info = vk::FramebufferCreateInfo::default()
-            .render_pass(self.pass)
-            .attachments(&views)
-            .width(width)
-            .height(height)
-            .layers(count);
-        // SAFETY: pass and views are alive; the target keeps the views.
-        let framebuffer = unsafe { self.context.device().create_framebuffer(&info, None) }
-            .call("vkCreateFramebuffer")?;
-        let context = Arc::clone(&self.context);
-        self.target = Some(Target { pictures, framebuffer, _depth: depth, context });
+        let images = [&pictures, &depth];
+        let framebuffer = Framebuffer::new(&self.context, self.pass, &images, count)?;
+        self.target = Some(Target { framebuffer, pictures, _depth: depth });
         self.lights.write_buffer(0, lights);
         Ok(())
     }
@@ -164,23 +133,17 @@ impl Draw for ForwardDraw {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        let device = self.context.device();
-        let target = self.target();
         let background = vk::ClearColorValue { float32: [NO_OBJECT, 0.0, 0.0, 0.0] };
         // With reversed depth 0 is the far plane.
         let clear = [vk::ClearValue { color: background }, vk::ClearValue::default()];
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(self.pass)
-            .framebuffer(target.framebuffer)
-            .render_area(target.pictures.extent().into())
-            .clear_values(&clear);
+        let (pass, pipeline) = (self.pass, self.pipelines.of(lights));
+        pass.begin(cmd, &self.target().framebuffer, &clear, pipeline);
+        let (device, layout) = (self.context.device(), self.layout.raw());
         let (point, set) = (vk::PipelineBindPoint::GRAPHICS, [self.lights.raw()]);
-        // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made
-        // for this pass and layout.
+        // SAFETY: `cmd` is being recorded on this device, in the pass that has begun; the set is
+        // alive and was made for this layout.
         unsafe {
-            device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
-            device.cmd_bind_pipeline(cmd, point, self.pipelines.of(lights).raw());
-            device.cmd_bind_descriptor_sets(cmd, point, self.layout, 2, &set, &[]);
+            device.cmd_bind_descriptor_sets(cmd, point, layout, 2, &set, &[]);
             self.scene.record(cmd, self.layout, (chunk.first * lights as u32, Some(count)));
             device.cmd_end_render_pass(cmd);
         }
@@ -188,21 +151,10 @@ impl Draw for ForwardDraw {
 }
 
 /// A cleared colour attachment that compute shaders read next, and a depth that is only tested.
-fn render_pass(context: &Arc<Context>) -> Result<vk::RenderPass> {
+fn render_pass(context: &Context) -> Result<RenderPass> {
     use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
-    let depth_layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
-    let shader_layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-    let attachments = [
-        attachment(FORMAT, vk::AttachmentStoreOp::STORE, shader_layout),
-        attachment(vk::Format::D32_SFLOAT, vk::AttachmentStoreOp::DONT_CARE, depth_layout),
-    ];
-    let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-    let colors = [vk::AttachmentReference { attachment: 0, layout }];
-    let depth = vk::AttachmentReference { attachment: 1, layout: depth_layout };
-    let subpasses = [vk::SubpassDescription::default()
-        .pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS)
-        .color_attachments(&colors)
-        .depth_stencil_attachment(&depth)];
+    let operations = (vk::AttachmentLoadOp::CLEAR, vk::AttachmentStoreOp::STORE);
+    let color = attachment(FORMAT, operations, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
     let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
     let depth_write = Access::DEPTH_STENCIL_ATTACHMENT_WRITE;
     let dependencies = [
@@ -222,10 +174,5 @@ fn render_pass(context: &Arc<Context>) -> Result<vk::RenderPass> {
             .dst_stage_mask(COMPUTE_READ.0 | COPY_READ.0)
             .dst_access_mask(COMPUTE_READ.1 | COPY_READ.1),
     ];
-    let info = vk::RenderPassCreateInfo::default()
-        .attachments(&attachments)
-        .subpasses(&subpasses)
-        .dependencies(&dependencies);
-    // SAFETY: the device is alive; `info` is complete.
-    unsafe { context.device().create_render_pass(&info, None) }.call("vkCreateRenderPass")
+    RenderPass::new(context, "forward", &[color], true, &dependencies)
 }

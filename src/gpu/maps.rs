@@ -59,8 +59,8 @@ impl MapStages {
         let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
         let bindings: [Binding; 3] = [0, 1, 2].map(|number| (number, kind.0, kind.1));
         let mut set = DescriptorSet::new(context, "maps", &bindings)?;
-        let layout =
-            PipelineLayout::new(context, &[&view.set, &set], vk::ShaderStageFlags::empty(), 0)?;
+        let sets = [view.set.layout(), set.layout()];
+        let layout = PipelineLayout::new(context, &sets, vk::ShaderStageFlags::empty(), 0)?;
         let [width, height] = view.size;
         let strips = u64::from(width) * u64::from(height.div_ceil(STRIP));
         let words = u64::from(polygons / 32) + 1;

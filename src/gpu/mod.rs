@@ -5,6 +5,7 @@
 
 mod allocator;
 mod borrowed;
+mod cache;
 mod choice;
 mod commands;
 mod context;
@@ -16,6 +17,7 @@ mod features;
 mod forward;
 mod generation;
 mod geometry;
+mod graphics;
 mod instance;
 mod layered;
 pub mod layout;

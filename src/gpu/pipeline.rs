@@ -1,5 +1,6 @@
 //! Descriptor sets, pipeline layouts and compute pipelines.
 
+use super::cache::PipelineKey;
 use super::memory::{Buffer, Image};
 use super::{Call, Context};
 use crate::Result;
@@ -13,7 +14,28 @@ const MAIN: &CStr = c"main";
 /// A binding of a set: its number, its kind, and the stages that may use it.
 pub type Binding = (u32, vk::DescriptorType, vk::ShaderStageFlags);
 
-/// The layout of a descriptor set and its one set.
+/// The layout of sets with `bindings`, which the context keeps.
+///
+/// # Errors
+/// [`crate::Error::Vulkan`].
+pub fn set_layout(context: &Context, bindings: &[Binding]) -> Result<vk::DescriptorSetLayout> {
+    context.cache().set_layouts.get(bindings.to_vec(), || {
+        let of = |&(binding, kind, stages): &Binding| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(binding)
+                .descriptor_type(kind)
+                .descriptor_count(1)
+                .stage_flags(stages)
+        };
+        let bindings: Vec<_> = bindings.iter().map(of).collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: the device is alive; `info` is complete.
+        unsafe { context.device().create_descriptor_set_layout(&info, None) }
+            .call("vkCreateDescriptorSetLayout")
+    })
+}
+
+/// A descriptor set and its layout.
 pub struct DescriptorSet {
     layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
@@ -29,21 +51,12 @@ impl DescriptorSet {
     /// [`crate::Error::Vulkan`].
     pub fn new(context: &Arc<Context>, name: &str, bindings: &[Binding]) -> Result<Self> {
         let mut set = Self {
-            layout: vk::DescriptorSetLayout::null(),
+            layout: set_layout(context, bindings)?,
             pool: vk::DescriptorPool::null(),
             raw: vk::DescriptorSet::null(),
             bindings: bindings.to_vec(),
             context: Arc::clone(context),
         };
-        let of = |&(binding, kind, stages): &Binding| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(binding)
-                .descriptor_type(kind)
-                .descriptor_count(1)
-                .stage_flags(stages)
-        };
-        let layout_bindings: Vec<_> = bindings.iter().map(of).collect();
-        let layout = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
         let size =
             |&(_, kind, _): &Binding| vk::DescriptorPoolSize { ty: kind, descriptor_count: 1 };
         let sizes: Vec<_> = bindings.iter().map(size).collect();
@@ -52,9 +65,6 @@ impl DescriptorSet {
         // SAFETY: the device is alive; every info is complete; a half-made `set` is dropped on
         // failure.
         unsafe {
-            set.layout = device
-                .create_descriptor_set_layout(&layout, None)
-                .call("vkCreateDescriptorSetLayout")?;
             set.pool = device.create_descriptor_pool(&pool, None).call("vkCreateDescriptorPool")?;
             let layouts = [set.layout];
             let info = vk::DescriptorSetAllocateInfo::default()
@@ -118,54 +128,45 @@ impl DescriptorSet {
 
 impl Drop for DescriptorSet {
     fn drop(&mut self) {
-        // SAFETY: owners wait for the work that uses the set; null handles are allowed.
-        self.context.destroy(|device| unsafe {
-            device.destroy_descriptor_pool(self.pool, None);
-            device.destroy_descriptor_set_layout(self.layout, None);
-        });
+        // SAFETY: owners wait for the work that uses the set; a null handle is allowed.
+        self.context.destroy(|device| unsafe { device.destroy_descriptor_pool(self.pool, None) });
     }
 }
 
-/// What pipelines take: descriptor sets and push constants.
-pub struct PipelineLayout {
-    raw: vk::PipelineLayout,
-    context: Arc<Context>,
-}
+/// What pipelines take: descriptor sets and push constants. The context keeps it.
+#[derive(Clone, Copy)]
+pub struct PipelineLayout(vk::PipelineLayout);
 
 impl PipelineLayout {
-    /// A layout of `sets`, in order, and `push_bytes` of push constants for `push_stages`.
+    /// A layout of sets with the layouts `sets`, in order, and `push_bytes` of push constants for
+    /// `push_stages`.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`].
     pub fn new(
-        context: &Arc<Context>,
-        sets: &[&DescriptorSet],
+        context: &Context,
+        sets: &[vk::DescriptorSetLayout],
         push_stages: vk::ShaderStageFlags,
         push_bytes: u32,
     ) -> Result<Self> {
-        let layouts: Vec<_> = sets.iter().map(|set| set.layout).collect();
-        let push =
-            [vk::PushConstantRange { stage_flags: push_stages, offset: 0, size: push_bytes }];
-        let push = if push_bytes == 0 { &[][..] } else { &push[..] };
-        let info = vk::PipelineLayoutCreateInfo::default()
-            .set_layouts(&layouts)
-            .push_constant_ranges(push);
-        // SAFETY: the device and the set layouts are alive.
-        let raw = unsafe { context.device().create_pipeline_layout(&info, None) }
-            .call("vkCreatePipelineLayout")?;
-        Ok(Self { raw, context: Arc::clone(context) })
+        let key = (sets.to_vec(), push_stages, push_bytes);
+        let make = || {
+            let push =
+                [vk::PushConstantRange { stage_flags: push_stages, offset: 0, size: push_bytes }];
+            let push = if push_bytes == 0 { &[][..] } else { &push[..] };
+            let info = vk::PipelineLayoutCreateInfo::default()
+                .set_layouts(sets)
+                .push_constant_ranges(push);
+            // SAFETY: the device and the set layouts are alive.
+            unsafe { context.device().create_pipeline_layout(&info, None) }
+                .call("vkCreatePipelineLayout")
+        };
+        context.cache().layouts.get(key, make).map(Self)
     }
 
     /// The Vulkan handle.
     pub fn raw(&self) -> vk::PipelineLayout {
-        self.raw
-    }
-}
-
-impl Drop for PipelineLayout {
-    fn drop(&mut self) {
-        // SAFETY: pipelines and command buffers may outlive their layout.
-        self.context.destroy(|device| unsafe { device.destroy_pipeline_layout(self.raw, None) });
+        self.0
     }
 }
 
@@ -269,71 +270,59 @@ pub fn shader_stage<'a>(
         .specialization_info(specialization)
 }
 
-/// A pipeline that is destroyed with its owner.
-pub struct Pipeline {
-    raw: vk::Pipeline,
-    context: Arc<Context>,
-}
+/// A pipeline, which the context keeps.
+#[derive(Clone, Copy)]
+pub struct Pipeline(vk::Pipeline);
 
 impl Pipeline {
-    /// A compute stage: shader `spirv` with its specialisation constants.
+    /// A compute stage, made now unless the context has it: shader `spirv`, always the same for a
+    /// stem, with its specialisation constants.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`].
     pub fn compute(
         context: &Arc<Context>,
-        stem: &str,
+        stem: &'static str,
         spirv: &[u32],
         layout: &PipelineLayout,
         constants: &[u32],
     ) -> Result<Self> {
-        let module = ShaderModule::new(context, spirv)?;
-        let specialization = Specialization::new(constants);
-        let specialization = specialization.info();
-        let stage = shader_stage(vk::ShaderStageFlags::COMPUTE, &module, &specialization);
-        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.raw)];
-        let cache = vk::PipelineCache::null();
-        // SAFETY: module and layout are alive, and the shader was written for the layout.
-        let made = unsafe { context.device().create_compute_pipelines(cache, &info, None) };
-        Self::made(context, stem, made)
+        let pass = vk::RenderPass::null();
+        let key = PipelineKey { stem, constants: constants.to_vec(), layout: layout.0, pass };
+        Self::kept(context, key, || {
+            let module = ShaderModule::new(context, spirv)?;
+            let specialization = Specialization::new(constants);
+            let specialization = specialization.info();
+            let stage = shader_stage(vk::ShaderStageFlags::COMPUTE, &module, &specialization);
+            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.0)];
+            let cache = vk::PipelineCache::null();
+            // SAFETY: module and layout are alive, and the shader was written for the layout.
+            let made = unsafe { context.device().create_compute_pipelines(cache, &info, None) };
+            made.map(|made| made[0]).map_err(|(_, result)| result).call("vkCreateComputePipelines")
+        })
     }
 
-    /// A graphics pipeline.
+    /// The context's pipeline of `key`, made now unless it is there.
     ///
     /// # Errors
-    /// [`crate::Error::Vulkan`].
-    pub fn graphics(
-        context: &Arc<Context>,
-        stem: &str,
-        info: vk::GraphicsPipelineCreateInfo<'_>,
+    /// What `make` reports.
+    pub fn kept(
+        context: &Context,
+        key: PipelineKey,
+        make: impl FnOnce() -> Result<vk::Pipeline>,
     ) -> Result<Self> {
-        let cache = vk::PipelineCache::null();
-        // SAFETY: everything that `info` names is alive, as its lifetime says for its pointers and
-        // the caller for its handles.
-        let made = unsafe { context.device().create_graphics_pipelines(cache, &[info], None) };
-        Self::made(context, stem, made)
-    }
-
-    fn made(
-        context: &Arc<Context>,
-        stem: &str,
-        made: Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
-    ) -> Result<Self> {
-        let raw = made.map_err(|(_, result)| result).call("vkCreatePipelines")?[0];
-        context.count_pipeline();
-        context.name(raw, stem);
-        Ok(Self { raw, context: Arc::clone(context) })
+        let stem = key.stem;
+        let make = || {
+            let raw = make()?;
+            context.count_pipeline();
+            context.name(raw, stem);
+            Ok(raw)
+        };
+        context.cache().pipelines.get(key, make).map(Self)
     }
 
     /// The Vulkan handle.
     pub fn raw(&self) -> vk::Pipeline {
-        self.raw
-    }
-}
-
-impl Drop for Pipeline {
-    fn drop(&mut self) {
-        // SAFETY: owners wait for the work that uses the pipeline before they drop it.
-        self.context.destroy(|device| unsafe { device.destroy_pipeline(self.raw, None) });
+        self.0
     }
 }

@@ -65,7 +65,8 @@ impl Pixels {
         ] {
             set.write_buffer(number, buffer);
         }
-        let layout = PipelineLayout::new(context, &[&view.set, &set], PUSH_STAGES, PUSH_BYTES)?;
+        let sets = [view.set.layout(), set.layout()];
+        let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
         let _buffers = [taps, rows, positions, normals, looks];
         let context = Arc::clone(context);
         let pixels = Self { count, stride, set, layout, places, _buffers, context };

@@ -3,6 +3,7 @@
 use super::commands::{COPY_WRITE, Commands, NOTHING};
 use super::geometry::{texture_slots, unsupported};
 use super::memory::{Image, ImageDesc};
+use super::pipeline::{Binding, set_layout};
 use super::staging::Uploader;
 use super::{Call, Context};
 use crate::Result;
@@ -12,6 +13,7 @@ use std::sync::Arc;
 
 /// Textures that a material can have: base colour, metallic-roughness, normal, emissive.
 pub const SLOTS: u32 = 4;
+const KIND: vk::DescriptorType = vk::DescriptorType::COMBINED_IMAGE_SAMPLER;
 
 /// Every texture of a scene, and behind them a white texel for what a material does not have.
 pub struct Textures {
@@ -40,7 +42,7 @@ impl Textures {
         let mut textures = Self {
             images: all().map(|texture| image(context, texture)).collect::<Result<_>>()?,
             samplers: Vec::new(),
-            layout: vk::DescriptorSetLayout::null(),
+            layout: layout(context)?,
             pool: vk::DescriptorPool::null(),
             sets: Vec::new(),
             context: Arc::clone(context),
@@ -81,25 +83,11 @@ impl Textures {
     }
 
     fn create_sets(&mut self, count: u32) -> Result<()> {
-        let kind = vk::DescriptorType::COMBINED_IMAGE_SAMPLER;
-        let bindings: Vec<_> = (0..SLOTS)
-            .map(|slot| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(slot)
-                    .descriptor_type(kind)
-                    .descriptor_count(1)
-                    .stage_flags(vk::ShaderStageFlags::FRAGMENT)
-            })
-            .collect();
-        let layout = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-        let sizes = [vk::DescriptorPoolSize { ty: kind, descriptor_count: SLOTS * count }];
+        let sizes = [vk::DescriptorPoolSize { ty: KIND, descriptor_count: SLOTS * count }];
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(count).pool_sizes(&sizes);
         let device = self.context.device();
         // SAFETY: the device is alive and every info complete; what is made belongs to `self`.
         unsafe {
-            self.layout = device
-                .create_descriptor_set_layout(&layout, None)
-                .call("vkCreateDescriptorSetLayout")?;
             self.pool =
                 device.create_descriptor_pool(&pool, None).call("vkCreateDescriptorPool")?;
             let layouts = vec![self.layout; count as usize];
@@ -128,7 +116,7 @@ impl Textures {
             let write = vk::WriteDescriptorSet::default()
                 .dst_set(set)
                 .dst_binding(slot as u32)
-                .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
+                .descriptor_type(KIND)
                 .image_info(&info);
             // SAFETY: set, view and sampler belong to `self` and are alive; the set is not in use.
             unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
@@ -166,12 +154,18 @@ impl Drop for Textures {
         // SAFETY: owners wait for the work that uses the textures; null handles are allowed.
         self.context.destroy(|device| unsafe {
             device.destroy_descriptor_pool(self.pool, None);
-            device.destroy_descriptor_set_layout(self.layout, None);
             for (_, sampler) in &self.samplers {
                 device.destroy_sampler(*sampler, None);
             }
         });
     }
+}
+
+/// The layout of a material's set: each texture at the binding of its slot.
+fn layout(context: &Context) -> Result<vk::DescriptorSetLayout> {
+    let binding = |slot| (slot, KIND, vk::ShaderStageFlags::FRAGMENT);
+    let bindings: Vec<Binding> = (0..SLOTS).map(binding).collect();
+    set_layout(context, &bindings)
 }
 
 /// An image for the texture and its mip levels.

@@ -48,7 +48,8 @@ impl Tiles {
         let mut set = DescriptorSet::new(context, "tiles", &bindings)?;
         set.write_buffer(0, &list);
         set.write_buffer(1, &picture);
-        let layout = PipelineLayout::new(context, &[&view.set, &set], PUSH_STAGES, PUSH_BYTES)?;
+        let sets = [view.set.layout(), set.layout()];
+        let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
         let (count, context) = (tiles.len() as u32, Arc::clone(context));
         Ok(Self { stages: ByLights::default(), count, picture, layout, set, _list: list, context })
     }

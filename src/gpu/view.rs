@@ -103,7 +103,7 @@ impl ViewMemory {
             )));
         }
         let mut set = DescriptorSet::new(context, "view", &layout::bindings())?;
-        let layout = PipelineLayout::new(context, &[&set], PUSH_STAGES, PUSH_BYTES)?;
+        let layout = PipelineLayout::new(context, &[set.layout()], PUSH_STAGES, PUSH_BYTES)?;
         let parameters = Buffer::of(
             context,
             "parameters",

@@ -2,11 +2,12 @@
 //! its position, normal and material, in the G-buffer.
 
 use super::commands::{COMPUTE_READ, COPY_READ};
-use super::drawable::{DrawPipeline, Drawable, attachment};
+use super::drawable::{Drawable, VERTICES};
+use super::graphics::{DEPTH, Framebuffer, GraphicsPipeline, RenderPass, attachment};
 use super::memory::{Image, ImageDesc};
-use super::pipeline::Pipeline;
+use super::pipeline::{Pipeline, PipelineLayout};
 use super::view::GBuffer;
-use super::{Call, Context, shaders};
+use super::{Context, shaders};
 use crate::Result;
 use ash::vk;
 use std::sync::Arc;
@@ -17,7 +18,10 @@ const COLORS: usize = 5;
 /// The draw into a G-buffer. Not needed once that is done.
 pub struct Visibility {
     pipeline: Pipeline,
-    target: Target,
+    layout: PipelineLayout,
+    pass: RenderPass,
+    target: Framebuffer,
+    _depth: Image,
     context: Arc<Context>,
 }
 
@@ -25,71 +29,6 @@ impl Visibility {
     /// # Errors
     /// What the device reports.
     pub fn new(context: &Arc<Context>, scene: &Drawable, g_buffer: &GBuffer) -> Result<Self> {
-        let target = Target::new(context, g_buffer, scene)?;
-        let pipeline = DrawPipeline {
-            stem: "visibility",
-            shaders: [shaders::VISIBILITY_VERT, shaders::VISIBILITY_FRAG],
-            constants: &[],
-            layout: target.layout,
-            pass: (target.render_pass, COLORS),
-            extent: target.extent,
-        };
-        let pipeline = pipeline.create(context)?;
-        Ok(Self { pipeline, target, context: Arc::clone(context) })
-    }
-
-    /// Records the draw. The G-buffer is then in layout `GENERAL` and visible to compute
-    /// shaders and to copies.
-    pub fn record(&self, cmd: vk::CommandBuffer, scene: &Drawable) {
-        let device = self.context.device();
-        // Everything is cleared to 0: no polygon, and with reversed depth the far plane.
-        let clear = [vk::ClearValue::default(); COLORS + 1];
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(self.target.render_pass)
-            .framebuffer(self.target.framebuffer)
-            .render_area(self.target.extent.into())
-            .clear_values(&clear);
-        // SAFETY: `cmd` is being recorded on this device; everything bound belongs to `self` and
-        // was made for this pipeline.
-        unsafe {
-            device.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE);
-            device.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, self.pipeline.raw());
-            scene.record(cmd, self.target.layout, (0, None));
-            device.cmd_end_render_pass(cmd);
-        }
-    }
-}
-
-/// What is drawn into, and the pipeline's layout.
-struct Target {
-    depth: Image,
-    render_pass: vk::RenderPass,
-    framebuffer: vk::Framebuffer,
-    layout: vk::PipelineLayout,
-    extent: vk::Extent2D,
-    context: Arc<Context>,
-}
-
-impl Target {
-    fn new(context: &Arc<Context>, g_buffer: &GBuffer, scene: &Drawable) -> Result<Self> {
-        let extent = g_buffer.code.extent();
-        let depth = ImageDesc {
-            name: "visibility depth",
-            format: vk::Format::D32_SFLOAT,
-            width: extent.width,
-            height: extent.height,
-            layers: None,
-            mips: 1,
-            usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
-        };
-        let mut target = Self {
-            depth: Image::new(context, &depth)?,
-            render_pass: vk::RenderPass::null(),
-            framebuffer: vk::Framebuffer::null(),
-            layout: vk::PipelineLayout::null(),
-            extent,
-            context: Arc::clone(context),
-        };
         let colors = [
             &g_buffer.code,
             &g_buffer.position_roughness,
@@ -97,56 +36,54 @@ impl Target {
             &g_buffer.base_color,
             &g_buffer.emissive,
         ];
-        target.render_pass = render_pass(context, colors.map(Image::format))?;
-        let views: Vec<_> = colors.iter().map(|c| c.view()).chain([target.depth.view()]).collect();
-        let framebuffer = vk::FramebufferCreateInfo::default()
-            .render_pass(target.render_pass)
-            .attachments(&views)
-            .width(extent.width)
-            .height(extent.height)
-            .layers(1);
-        target.layout = scene.layout(&[])?;
-        let device = context.device();
-        // SAFETY: the device and all that the infos name are alive; `target` owns what is made.
-        unsafe {
-            target.framebuffer =
-                device.create_framebuffer(&framebuffer, None).call("vkCreateFramebuffer")?;
-        }
-        Ok(target)
+        let depth = depth(context, g_buffer.code.extent())?;
+        let pass = render_pass(context, colors.map(Image::format))?;
+        let [a, b, c, d, e] = colors;
+        let target = Framebuffer::new(context, pass, &[a, b, c, d, e, &depth], 1)?;
+        let layout = scene.layout(&[])?;
+        let pipeline = GraphicsPipeline {
+            stem: "visibility",
+            shaders: [shaders::VISIBILITY_VERT, shaders::VISIBILITY_FRAG],
+            vertices: VERTICES,
+            constants: &[],
+            layout,
+            pass,
+        };
+        let pipeline = pipeline.create(context)?;
+        Ok(Self { pipeline, layout, pass, target, _depth: depth, context: Arc::clone(context) })
+    }
+
+    /// Records the draw. The G-buffer is then in layout `GENERAL` and visible to compute
+    /// shaders and to copies.
+    pub fn record(&self, cmd: vk::CommandBuffer, scene: &Drawable) {
+        // Everything is cleared to 0: no polygon, and with reversed depth the far plane.
+        let clear = [vk::ClearValue::default(); COLORS + 1];
+        self.pass.begin(cmd, &self.target, &clear, &self.pipeline);
+        scene.record(cmd, self.layout, (0, None));
+        // SAFETY: `cmd` is being recorded on this device, in the pass that has begun.
+        unsafe { self.context.device().cmd_end_render_pass(cmd) };
     }
 }
 
-impl Drop for Target {
-    fn drop(&mut self) {
-        // SAFETY: owners wait for the work that uses the target; null handles are allowed.
-        self.context.destroy(|device| unsafe {
-            device.destroy_pipeline_layout(self.layout, None);
-            device.destroy_framebuffer(self.framebuffer, None);
-            device.destroy_render_pass(self.render_pass, None);
-        });
-    }
+/// What the draw compares depths in.
+fn depth(context: &Arc<Context>, extent: vk::Extent2D) -> Result<Image> {
+    let depth = ImageDesc {
+        name: "visibility depth",
+        format: DEPTH,
+        width: extent.width,
+        height: extent.height,
+        layers: None,
+        mips: 1,
+        usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+    };
+    Image::new(context, &depth)
 }
 
 /// A pass that clears and writes the G-buffer and a depth image.
-fn render_pass(context: &Context, colors: [vk::Format; COLORS]) -> Result<vk::RenderPass> {
-    let color = |format| attachment(format, vk::AttachmentStoreOp::STORE, vk::ImageLayout::GENERAL);
-    let depth_layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
-    let depth = attachment(vk::Format::D32_SFLOAT, vk::AttachmentStoreOp::DONT_CARE, depth_layout);
-    let attachments: Vec<_> = colors.into_iter().map(color).chain([depth]).collect();
-    let reference = |attachment, layout| vk::AttachmentReference { attachment, layout };
-    let color_references: Vec<_> = (0..COLORS as u32)
-        .map(|i| reference(i, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL))
-        .collect();
-    let depth_reference = reference(COLORS as u32, depth_layout);
-    let subpasses = [vk::SubpassDescription::default()
-        .pipeline_bind_point(vk::PipelineBindPoint::GRAPHICS)
-        .color_attachments(&color_references)
-        .depth_stencil_attachment(&depth_reference)];
-    let info = vk::RenderPassCreateInfo::default().attachments(&attachments).subpasses(&subpasses);
-    let dependencies = dependencies();
-    let info = info.dependencies(&dependencies);
-    // SAFETY: the device is alive; `info` is complete.
-    unsafe { context.device().create_render_pass(&info, None) }.call("vkCreateRenderPass")
+fn render_pass(context: &Context, colors: [vk::Format; COLORS]) -> Result<RenderPass> {
+    let operations = (vk::AttachmentLoadOp::CLEAR, vk::AttachmentStoreOp::STORE);
+    let color = |format| attachment(format, operations, vk::ImageLayout::GENERAL);
+    RenderPass::new(context, "visibility", &colors.map(color), true, &dependencies())
 }
 
 /// The images' first use before the draw, and the readers of what it leaves.
