@@ -11,6 +11,10 @@ layout(constant_id = 1) const uint LIGHTS = 1;
 
 void main() {
     uint number = gl_GlobalInvocationID.x;
+    // The host of a recorded view knows only how many pixels the picture has.
+    if (gl_WorkGroupID.x * gl_WorkGroupSize.x >= view_statistics.surface + view_statistics.edge) {
+        return;
+    }
     vec4 place = positions[number];
     vec4 facing = normals[number];
     vec2 look = looks[number];

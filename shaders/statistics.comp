@@ -37,7 +37,7 @@ void main() {
     }
     uint first = gl_GlobalInvocationID.x * PIXELS;
     uint end = min(first + PIXELS, objects);
-    vec4 origin = brightness[base + min(first, objects - 1)];
+    vec4 origin = brightness[base + min(first, max(objects, 1) - 1)];
     vec4 sum = vec4(0.0);
     vec4 squares = vec4(0.0);
     vec4 surface = vec4(0.0);

@@ -10,6 +10,7 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #include "layout.glsl"
 #include "shading.glsl"
+#include "tile.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 0) const uint GROUP = 256;
@@ -28,11 +29,6 @@ const uint BINS = 1 << BIN_BITS;
 const uint WORDS = BINS / 2;
 const uint OWN = SUBGROUP < BINS ? BINS / SUBGROUP : 1; // bins that an invocation counts
 
-struct Tile {
-    uint column; // of tiles
-    uint row;
-    uint origin; // an object pixel's place in the frame
-};
 layout(set = 1, binding = 0, std430) readonly buffer Tiles { Tile tiles[]; };
 layout(set = 1, binding = 1, std430) writeonly buffer Picture { float picture[]; };
 
@@ -90,9 +86,27 @@ float slope(uint at, float center) {
         (g + 2.0 * h + i) - (a + 2.0 * b + c))) / 8.0;
 }
 
+// Where the block's partial results of the tile go.
+uint first_part() {
+    return gl_WorkGroupID.y * BLOCK * chunk.entries + gl_WorkGroupID.x;
+}
+
+// Of a tile without object pixels.
+void write_nothing() {
+    uint first = first_part();
+    for (uint k = gl_LocalInvocationIndex; k < BLOCK * WORDS; k += GROUP) {
+        histogram_parts[(first + k / WORDS * chunk.entries) * WORDS + k % WORDS] = 0;
+    }
+    uint i = gl_LocalInvocationIndex;
+    if (i < BLOCK) {
+        moment_parts[first + i * chunk.entries] = Moments(0, 0.0, 0.0);
+        gradient_parts[first + i * chunk.entries] = Gradient(0.0, 0.0);
+    }
+}
+
 // Adds up the subgroups and writes the block's partial results of the tile.
 void write_parts() {
-    uint first = gl_WorkGroupID.y * BLOCK * chunk.entries + gl_WorkGroupID.x;
+    uint first = first_part();
     for (uint k = gl_LocalInvocationIndex; k < BLOCK * WORDS; k += GROUP) {
         uint i = k / WORDS;
         uint word = k % WORDS;
@@ -111,7 +125,7 @@ void write_parts() {
             total += sums[i * SUBGROUPS + s];
             count += counts[s];
         }
-        float mean = total.x / float(count); // a tile in the list has an object pixel
+        float mean = total.x / float(count); // the tile has an object pixel
         float deviation = max(total.y - total.x * mean, 0.0);
         moment_parts[first + i * chunk.entries] = Moments(count, origins[i] + mean, deviation);
         gradient_parts[first + i * chunk.entries] = Gradient(total.z, total.w);
@@ -121,6 +135,10 @@ void write_parts() {
 void main() {
     uint lane = gl_LocalInvocationIndex;
     Tile tile = tiles[gl_WorkGroupID.x];
+    if (tile.origin == EMPTY) {
+        write_nothing();
+        return;
+    }
     ivec2 corner = ivec2(tile.column, tile.row) * int(SIDE);
     uint first = chunk.first + gl_WorkGroupID.y * BLOCK;
     load_lights(first * LIGHTS);

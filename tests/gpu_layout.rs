@@ -1,8 +1,8 @@
 //! The blocks that the shaders declare against the structs that the host writes, by reflection.
 
 use klieg::gpu::layout::{
-    Camera, Chunk, Detail, GradientPart, InstanceRecord, MaterialRecord, MomentPart, Parameters,
-    Taps, TextureUse, Tile, ViewStatistics,
+    Camera, Chunk, Detail, EngineSurface, GradientPart, InstanceRecord, MaterialRecord, MomentPart,
+    Parameters, Taps, TextureUse, Tile, ViewStatistics,
 };
 use klieg::gpu::shaders;
 use klieg::lighting::LightRecord;
@@ -62,6 +62,21 @@ fn hosts() -> BTreeMap<&'static str, Host> {
         ),
         ("Chunk", host!(Chunk { first, histogram_entries, entries, block, light })),
         ("Tile", host!(Tile { column, row, origin })),
+        (
+            "EngineSurface",
+            host!(EngineSurface {
+                frame_from_clip,
+                frame_from_normals,
+                eye,
+                base_color_roughness,
+                metallic,
+                cleared_depth,
+                flags,
+                channels,
+                size,
+                padding,
+            }),
+        ),
         ("Taps", host!(Taps { up, down, present, kind })),
         (
             "Camera",

@@ -12,6 +12,7 @@ pub mod normal_detail;
 pub mod pixel_types;
 pub mod pixels;
 pub mod population;
+pub mod surface;
 pub mod visibility;
 pub mod visible;
 

@@ -3,13 +3,13 @@
 use super::Context;
 use super::commands::{COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
 use super::drawable::Drawable;
-use super::layout::ViewStatistics;
 use super::maps::MapStages;
 use super::memory::{Access, Buffer, Image};
 use super::staging;
 use super::view::{GBuffer, Reflectance, ViewMemory};
 use super::visibility::Visibility;
 use crate::Result;
+use crate::cpu;
 use crate::lighting::shading::Shading;
 use crate::objective::Objective;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
@@ -22,10 +22,10 @@ use std::sync::Arc;
 /// Stages that run once for each view.
 const STAGES: u32 = 8;
 
-/// What is known of a view that the device has drawn, beside its [`ViewMemory`].
+/// What is known of a view whose maps the device has made, beside its [`ViewMemory`].
 pub struct Drawn {
-    /// A bit for each colour code, set where it occurs.
-    visible: Buffer,
+    /// A bit for each colour code, set where it occurs; none where codes may have any value.
+    visible: Option<Buffer>,
     /// Milliseconds of each stage; empty where the device cannot tell.
     pub timings: Vec<(&'static str, f64)>,
     context: Arc<Context>,
@@ -49,7 +49,7 @@ pub fn draw(
     context.check_present()?;
     context.check_needs(context.needs().scene, "drawing scenes")?;
     let mut memory = ViewMemory::new(context, view, objective, shading)?;
-    let g_buffer = memory.add_g_buffer()?;
+    let g_buffer = memory.add_g_buffer(vk::ImageUsageFlags::COLOR_ATTACHMENT)?;
     let drawable = Drawable::new(context, scene, view, shading)?;
     let visibility = Visibility::new(context, &drawable, g_buffer)?;
     let drawn =
@@ -66,7 +66,7 @@ impl Drawn {
         polygons: u32,
         draw: impl FnOnce(vk::CommandBuffer),
     ) -> Result<Self> {
-        let stages = MapStages::new(context, memory, polygons)?;
+        let stages = MapStages::new(context, memory, Some(polygons))?;
         let reflectance = Reflectance::new(context, &memory.layout)?;
         let mut timer = StageTimer::new(context, STAGES)?;
         Commands::once(context, |cmd| {
@@ -79,11 +79,12 @@ impl Drawn {
         })?;
         timer.read()?;
         let timings = timer.rows().to_vec();
-        Ok(Self { visible: stages.visible, timings, context: Arc::clone(context) })
+        Ok(Self { visible: Some(stages.visible), timings, context: Arc::clone(context) })
     }
 
-    fn statistics(&self, memory: &ViewMemory) -> Result<ViewStatistics> {
-        Ok(staging::read_buffer(&self.context, &memory.statistics, 1)?[0])
+    /// Of a view whose maps an engine's commands make.
+    pub fn by_engine(context: &Arc<Context>) -> Self {
+        Self { visible: None, timings: Vec::new(), context: Arc::clone(context) }
     }
 
     /// Object pixels of the view.
@@ -91,8 +92,7 @@ impl Drawn {
     /// # Errors
     /// What the device reports.
     pub fn objects(&self, memory: &ViewMemory) -> Result<u32> {
-        let statistics = self.statistics(memory)?;
-        Ok(statistics.surface + statistics.edge)
+        Ok(memory.read_statistics()?.objects())
     }
 
     /// Reads the maps back from the view's memory.
@@ -109,11 +109,15 @@ impl Drawn {
             _ => PixelType::Edge,
         };
         let types = reader.image::<u32>(&memory.types)?.into_iter().map(kind).collect();
-        let statistics = self.statistics(memory)?;
+        let statistics = memory.read_statistics()?;
         let counts = PixelCounts { surface: statistics.surface, edge: statistics.edge };
-        let words = self.visible.size() as usize / size_of::<u32>();
-        let words: Vec<u32> = staging::read_buffer(&self.context, &self.visible, words)?;
-        let visible = set_bits(&words);
+        let visible = match &self.visible {
+            Some(bits) => {
+                let words = bits.size() as usize / size_of::<u32>();
+                set_bits(&staging::read_buffer(&self.context, bits, words)?)
+            }
+            None => cpu::visible::visible(&surface.code),
+        };
         let normal_detail = statistics.normal_detail;
         Ok(Maps { surface, sobel, laplace, types, counts, visible, normal_detail })
     }
@@ -189,7 +193,6 @@ impl Reader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cpu;
     use crate::gpu::testing;
 
     /// A bumpy sphere with steps of depth and 97 polygons.
@@ -208,7 +211,11 @@ mod tests {
     fn measured(context: &Arc<Context>, surface: &Surface, view: &View) -> Maps {
         let (objective, shading) = (Objective::default(), Shading::default());
         let mut memory = ViewMemory::new(context, view, &objective, &shading).unwrap();
-        testing::upload_surface(context, surface, memory.add_g_buffer().unwrap());
+        testing::upload_surface(
+            context,
+            surface,
+            memory.add_g_buffer(vk::ImageUsageFlags::COLOR_ATTACHMENT).unwrap(),
+        );
         let polygons = surface.code.iter().copied().max().unwrap_or(0);
         let drawn = Drawn::new(context, &memory, polygons, |_| ()).unwrap();
         drawn.read(&memory).unwrap()

@@ -73,7 +73,8 @@ impl GpuEvaluator {
     ) -> Result<Self> {
         let (view, drawn, drawable) = drawn::draw(context, scene, view, &objective, &shading)?;
         let objects = drawn.objects(&view)?;
-        Self::of(context, view, objects, Some((drawn, drawable)), None)
+        let measure = measure(context, &view, objects, Views::One(Some(drawable)))?;
+        Self::of(context, view, objects, measure, Source::Drawn(drawn))
     }
 
     /// An evaluator for a view whose maps are known.
@@ -90,36 +91,32 @@ impl GpuEvaluator {
     ) -> Result<Self> {
         context.check_present()?;
         let view = ViewMemory::with_maps(context, maps, view, &objective, &shading)?;
-        Self::of(context, view, maps.counts.object(), None, Some(maps.clone()))
+        let objects = maps.counts.object();
+        let measure = measure(context, &view, objects, Views::One(None))?;
+        Self::of(context, view, objects, measure, Source::Known(maps.clone()))
+    }
+
+    /// An evaluator for views whose maps an engine's commands make, all of the same size.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub(super) fn of_any_view(context: &Arc<Context>, view: ViewMemory) -> Result<Self> {
+        let pixels = view.size[0] * view.size[1];
+        let measure = measure(context, &view, pixels, Views::Many)?;
+        let drawn = Drawn::by_engine(context);
+        Self::of(context, view, pixels, measure, Source::Drawn(drawn))
     }
 
     fn of(
         context: &Arc<Context>,
         view: ViewMemory,
         objects: u32,
-        scene: Option<(Drawn, Drawable)>,
-        maps: Option<Maps>,
+        (pipeline, measure): (PipelineKind, Box<dyn Measure + Send>),
+        source: Source,
     ) -> Result<Self> {
-        let (drawn, drawable) = scene.unzip();
-        let pipeline = context.pipeline().unwrap_or_else(|| best(context, objects));
-        let layers = pipeline != PipelineKind::Compute;
-        context.check_needs(!layers || context.needs().layers, "pictures drawn in layers")?;
-        let measure: Box<dyn Measure + Send> = match pipeline {
-            PipelineKind::Layered => {
-                let draw = Box::new(StoredDraw::new(context)?);
-                Box::new(Layered::new(context, &view, draw)?)
-            }
-            PipelineKind::Forward => {
-                let scene = drawable.ok_or_else(|| {
-                    Error::Argument("pipeline forward draws a scene, not maps".into())
-                })?;
-                let draw = Box::new(ForwardDraw::new(context, scene)?);
-                Box::new(Layered::new(context, &view, draw)?)
-            }
-            PipelineKind::Compute => match context.shape() {
-                ComputeShape::Runs => Box::new(Runs::new(context, &view, objects)?),
-                ComputeShape::Tiles => Box::new(Tiles::new(context, &view)?),
-            },
+        let (drawn, maps) = match source {
+            Source::Drawn(drawn) => (Some(drawn), None),
+            Source::Known(maps) => (None, Some(maps)),
         };
         Ok(Self {
             generation: None,
@@ -134,6 +131,17 @@ impl GpuEvaluator {
             maps,
             context: Arc::clone(context),
         })
+    }
+
+    /// The view's memory.
+    pub(super) fn view(&self) -> &ViewMemory {
+        &self.view
+    }
+
+    /// Records what the pipeline has to know of a view whose maps the commands before have made.
+    pub(super) fn record_view(&mut self, cmd: vk::CommandBuffer) {
+        self.maps = None;
+        self.measure.record_view(cmd, &self.view);
     }
 
     /// GPU milliseconds of each stage that drew the view; empty for a view whose maps were known,
@@ -267,6 +275,51 @@ impl GpuEvaluator {
     }
 }
 
+/// Where an evaluator's maps come from.
+enum Source {
+    Drawn(Drawn),
+    Known(Maps),
+}
+
+/// Which views an evaluator will see.
+enum Views {
+    /// One that is there, of a scene where pipelines may draw that.
+    One(Option<Drawable>),
+    /// Any, made later.
+    Many,
+}
+
+/// The pipeline for a view with at most `objects` object pixels.
+fn measure(
+    context: &Arc<Context>,
+    view: &ViewMemory,
+    objects: u32,
+    views: Views,
+) -> Result<(PipelineKind, Box<dyn Measure + Send>)> {
+    let pipeline = context.pipeline().unwrap_or_else(|| best(context, objects));
+    let layers = pipeline != PipelineKind::Compute;
+    context.check_needs(!layers || context.needs().layers, "pictures drawn in layers")?;
+    let measure: Box<dyn Measure + Send> = match (pipeline, views) {
+        (PipelineKind::Layered, _) => {
+            let draw = Box::new(StoredDraw::new(context)?);
+            Box::new(Layered::new(context, view, draw)?)
+        }
+        (PipelineKind::Forward, Views::One(Some(scene))) => {
+            let draw = Box::new(ForwardDraw::new(context, scene)?);
+            Box::new(Layered::new(context, view, draw)?)
+        }
+        (PipelineKind::Forward, _) => {
+            return Err(Error::Argument("pipeline forward draws a scene, not maps".into()));
+        }
+        (PipelineKind::Compute, views) => match (context.shape(), views) {
+            (ComputeShape::Runs, _) => Box::new(Runs::new(context, view, objects)?),
+            (ComputeShape::Tiles, Views::One(_)) => Box::new(Tiles::new(context, view)?),
+            (ComputeShape::Tiles, Views::Many) => Box::new(Tiles::of_any_view(context, view)?),
+        },
+    };
+    Ok((pipeline, measure))
+}
+
 /// The fastest pipeline that can hold so many object pixels.
 fn best(context: &Context, objects: u32) -> PipelineKind {
     match context.report().pipeline {
@@ -332,7 +385,7 @@ impl Evaluator for GpuEvaluator {
         self.evaluate(&Population::of([rig])?, &mut score)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
         let detail = self.read_details(generation, 1)?[0];
-        let picture = self.measure.first_picture()?;
+        let picture = self.measure.first_picture(&self.view)?;
         Ok(Inspection {
             score: score[0],
             terms: detail.terms(),

@@ -55,6 +55,10 @@ pub trait Measure {
     /// What the device reports.
     fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()>;
 
+    /// Records what has to be known of a view whose maps the commands before have made, visible to
+    /// compute shaders; what it leaves is too.
+    fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory);
+
     /// Records the stages that leave the partial results of a chunk of `count` rigs of `lights`
     /// lights.
     fn record(
@@ -70,7 +74,7 @@ pub trait Measure {
     ///
     /// # Errors
     /// What the device reports.
-    fn first_picture(&self) -> Result<Vec<f32>>;
+    fn first_picture(&self, view: &ViewMemory) -> Result<Vec<f32>>;
 }
 
 /// The stage `fitness`.

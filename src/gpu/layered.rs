@@ -88,6 +88,8 @@ impl Measure for Layered {
         Ok(())
     }
 
+    fn record_view(&self, _cmd: vk::CommandBuffer, _view: &ViewMemory) {}
+
     fn record(
         &self,
         cmd: vk::CommandBuffer,
@@ -104,7 +106,7 @@ impl Measure for Layered {
         }
     }
 
-    fn first_picture(&self) -> Result<Vec<f32>> {
+    fn first_picture(&self, _view: &ViewMemory) -> Result<Vec<f32>> {
         let pixels = self.size[0] as usize * self.size[1] as usize;
         let usage = vk::BufferUsageFlags::TRANSFER_DST;
         let size = 4 * pixels as u64;

@@ -114,8 +114,35 @@ pub struct Tile {
     pub column: u32,
     /// Of tiles.
     pub row: u32,
-    /// Place of an object pixel in the tile with its border, rows from the top.
+    /// Place of an object pixel in the tile with its border, rows from the top; `u32::MAX` in a tile
+    /// without.
     pub origin: u32,
+}
+
+/// Uniform block `EngineSurface`: how the stage `surface` reads an engine's images.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct EngineSurface {
+    /// Light frame from the engine's clip space, column by column.
+    pub frame_from_clip: [[f32; 4]; 4],
+    /// Light frame from the space of the normals: a rotation.
+    pub frame_from_normals: [[f32; 4]; 4],
+    /// The viewer in the light frame; then 1 where all view rays are parallel.
+    pub eye: [f32; 4],
+    /// Linear base colour and roughness where no image tells.
+    pub base_color_roughness: [f32; 4],
+    /// Metallic factor where no image tells.
+    pub metallic: f32,
+    /// Depth of the background.
+    pub cleared_depth: f32,
+    /// Which images there are, and how they are coded.
+    pub flags: u32,
+    /// Component of the roughness, and of the metallic factor times 4.
+    pub channels: u32,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// To a multiple of 16 bytes.
+    pub padding: [u32; 2],
 }
 
 /// Storage block `ViewStatistics`: the view in a few numbers.
@@ -130,6 +157,13 @@ pub struct ViewStatistics {
     pub normal_detail: f32,
     /// The background's depth: the largest object depth + 1, scene radii.
     pub background_depth: f32,
+}
+
+impl ViewStatistics {
+    /// Object pixels.
+    pub fn objects(&self) -> u32 {
+        self.surface + self.edge
+    }
 }
 
 /// Element of the storage block `MomentParts`: a column of a strip of a picture.

@@ -43,19 +43,20 @@ pub struct MapStages {
     set: DescriptorSet,
     layout: PipelineLayout,
     depth_range: Buffer,
-    /// A bit for each colour code, set where it occurs; `u32` words.
+    /// A bit for each colour code, set where it occurs; `u32` words. One word where codes may have any
+    /// value, and no stage sets bits.
     pub visible: Buffer,
     _partials: Buffer,
     context: Arc<Context>,
 }
 
 impl MapStages {
-    /// For a view whose colour codes are at most `polygons`.
+    /// For a view whose colour codes are at most `polygons`, or have any value.
     ///
     /// # Errors
     /// [`crate::Error::Unsupported`] when there are more polygons or pixels than the device can
     /// take, and what the device reports.
-    pub fn new(context: &Arc<Context>, view: &ViewMemory, polygons: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, view: &ViewMemory, polygons: Option<u32>) -> Result<Self> {
         let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
         let bindings: [Binding; 3] = [0, 1, 2].map(|number| (number, kind.0, kind.1));
         let mut set = DescriptorSet::new(context, "maps", &bindings)?;
@@ -63,7 +64,7 @@ impl MapStages {
         let layout = PipelineLayout::new(context, &sets, vk::ShaderStageFlags::empty(), 0)?;
         let [width, height] = view.size;
         let strips = u64::from(width) * u64::from(height.div_ceil(STRIP));
-        let words = u64::from(polygons / 32) + 1;
+        let words = u64::from(polygons.unwrap_or(0) / 32) + 1;
         let depth_range = storage_buffer(context, "depth range", 4)?;
         let visible = storage_buffer(context, "visible polygons", 4 * words)?;
         let partials = storage_buffer(context, "partial sums", 4 * strips)?;
@@ -83,7 +84,8 @@ impl MapStages {
             let constants = [x, y, STRIP];
             Ok((stem, Pipeline::compute(context, stem, spirv, &layout, &constants)?, groups))
         };
-        let stages = STAGES.into_iter().map(stage).collect::<Result<_>>()?;
+        let made = |&(stem, ..): &(&str, &[u32], Reach)| polygons.is_some() || stem != "visible";
+        let stages = STAGES.into_iter().filter(made).map(stage).collect::<Result<_>>()?;
         let (_partials, context) = (partials, Arc::clone(context));
         Ok(Self { stages, set, layout, depth_range, visible, _partials, context })
     }

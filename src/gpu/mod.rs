@@ -31,6 +31,7 @@ mod requirements;
 mod runs;
 pub mod shaders;
 mod staging;
+mod surface;
 #[cfg(test)]
 mod testing;
 mod textures;
@@ -47,6 +48,7 @@ pub use evaluator::{GpuEvaluator, ScoreTarget};
 pub use features::{EnabledFeatures, FeatureChain};
 pub use readback::ReadbackEvaluator;
 pub use requirements::{Limit, Needs, Requirements};
+pub use surface::{EngineImage, ImportedSurface, SurfaceEvaluator, SurfaceImages};
 
 use crate::{Error, Result};
 use ash::vk;

@@ -113,15 +113,19 @@ impl DescriptorSet {
 
     /// Puts an image in `layout` at `binding`. The set must not be in use.
     pub fn write_image(&mut self, binding: u32, image: &Image, layout: vk::ImageLayout) {
-        let info =
-            [vk::DescriptorImageInfo::default().image_view(image.view()).image_layout(layout)];
+        self.write_view(binding, image.view(), layout);
+    }
+
+    /// Puts the image of a view, in `layout`, at `binding`. The set must not be in use.
+    pub fn write_view(&mut self, binding: u32, view: vk::ImageView, layout: vk::ImageLayout) {
+        let info = [vk::DescriptorImageInfo::default().image_view(view).image_layout(layout)];
         let write = vk::WriteDescriptorSet::default()
             .dst_set(self.raw)
             .dst_binding(binding)
             .descriptor_type(self.kind(binding))
             .image_info(&info);
         self.context.count_descriptors();
-        // SAFETY: set and image are alive, and the set is not in use.
+        // SAFETY: set and view are alive, and the set is not in use.
         unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
     }
 }

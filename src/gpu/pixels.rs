@@ -17,7 +17,7 @@ const ROW_GROUP: u32 = 32;
 
 /// The object pixels of a view, row after row, on the device.
 pub struct Pixels {
-    /// How many there are.
+    /// How many there are at most.
     pub count: u32,
     /// For how many there is memory: the next multiple of what was asked for.
     pub stride: u32,
@@ -27,12 +27,13 @@ pub struct Pixels {
     pub layout: PipelineLayout,
     /// Their places in the picture: `y·width + x`.
     pub places: Buffer,
+    stages: [Pipeline; 2],
     _buffers: [Buffer; 5],
     context: Arc<Context>,
 }
 
 impl Pixels {
-    /// Lists the object pixels, `count` in all, of a view whose records and types are there, with room
+    /// Lists the object pixels, at most `count`, of a view whose records and types are there, with room
     /// for a multiple of `multiple`.
     ///
     /// # Errors
@@ -68,26 +69,30 @@ impl Pixels {
         let sets = [view.set.layout(), set.layout()];
         let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
         let _buffers = [taps, rows, positions, normals, looks];
+        let stage = |stem, spirv| Pipeline::compute(context, stem, spirv, &layout, &[ROW_GROUP]);
+        let stages = [
+            stage("pixel_rows", shaders::PIXEL_ROWS_COMP)?,
+            stage("pixels", shaders::PIXELS_COMP)?,
+        ];
         let context = Arc::clone(context);
-        let pixels = Self { count, stride, set, layout, places, _buffers, context };
-        pixels.list(view)?;
+        let pixels = Self { count, stride, set, layout, places, stages, _buffers, context };
+        Commands::once(&pixels.context, |cmd| {
+            pixels.record(cmd, view);
+            Ok(())
+        })?;
         Ok(pixels)
     }
 
-    fn list(&self, view: &ViewMemory) -> Result<()> {
-        let stage =
-            |stem, spirv| Pipeline::compute(&self.context, stem, spirv, &self.layout, &[ROW_GROUP]);
-        let rows = stage("pixel_rows", shaders::PIXEL_ROWS_COMP)?;
-        let pixels = stage("pixels", shaders::PIXELS_COMP)?;
+    /// Records the listing. Records and types must be visible to compute shaders; the list is then,
+    /// and to copies.
+    pub fn record(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
         let groups = [view.size[1].div_ceil(ROW_GROUP), 1, 1];
-        Commands::once(&self.context, |cmd| {
-            self.dispatch(cmd, view, &rows, groups, &Chunk::default());
-            self.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
-            self.dispatch(cmd, view, &pixels, groups, &Chunk::default());
-            let readers = (COMPUTE_READ.0 | COPY_READ.0, COMPUTE_READ.1 | COPY_READ.1);
-            self.context.barrier(cmd, COMPUTE_WRITE, readers);
-            Ok(())
-        })
+        let [rows, pixels] = &self.stages;
+        self.dispatch(cmd, view, rows, groups, &Chunk::default());
+        self.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
+        self.dispatch(cmd, view, pixels, groups, &Chunk::default());
+        let readers = (COMPUTE_READ.0 | COPY_READ.0, COMPUTE_READ.1 | COPY_READ.1);
+        self.context.barrier(cmd, COMPUTE_WRITE, readers);
     }
 
     /// Records a stage that does not read the lights.

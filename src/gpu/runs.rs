@@ -47,7 +47,7 @@ impl Runs {
             && objects.div_ceil(GROUP) <= limits.max_compute_work_group_count[0]
     }
 
-    /// For a view with `objects` object pixels, whose records and types are there.
+    /// For a view with at most `objects` object pixels, whose records and types are there.
     ///
     /// # Errors
     /// [`crate::Error::Unsupported`] when the object pixels are more than fit, and what the device
@@ -125,6 +125,10 @@ impl Measure for Runs {
         Ok(())
     }
 
+    fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
+        self.pixels.record(cmd, view);
+    }
+
     fn record(
         &self,
         cmd: vk::CommandBuffer,
@@ -152,8 +156,8 @@ impl Measure for Runs {
         });
     }
 
-    fn first_picture(&self) -> Result<Vec<f32>> {
-        let count = self.pixels.count as usize;
+    fn first_picture(&self, view: &ViewMemory) -> Result<Vec<f32>> {
+        let count = view.read_statistics()?.objects() as usize;
         let brightness = self.brightness.as_ref().expect("allocated before use");
         let of_block: Vec<[f32; BLOCK as usize]> =
             staging::read_buffer(&self.context, brightness, count)?;

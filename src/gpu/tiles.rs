@@ -1,13 +1,15 @@
 //! The pipeline `compute` for devices with fast shared memory: one stage, `tiles`, shades and
 //! measures the tiles of the picture that have an object pixel.
 
-use super::commands::{COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
+use super::commands::{
+    COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
+};
 use super::generation::{Measure, part_bytes};
 use super::layout::{Chunk, Tile};
 use super::memory::{Access, Buffer};
 use super::pipeline::{ByLights, DescriptorSet, Pipeline, PipelineLayout};
 use super::view::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
-use super::{Context, shaders, staging};
+use super::{Context, geometry, shaders, staging};
 use crate::Result;
 use ash::vk;
 use std::sync::Arc;
@@ -25,6 +27,7 @@ const SIDE: u32 = 32;
 /// The list of tiles, the stage, and the first picture.
 pub struct Tiles {
     stages: ByLights,
+    list_stage: Pipeline,
     count: u32,
     picture: Buffer,
     layout: PipelineLayout,
@@ -34,14 +37,29 @@ pub struct Tiles {
 }
 
 impl Tiles {
-    /// For a view whose records and types are there.
+    /// For a view whose records and types are there and stay.
     ///
     /// # Errors
     /// What the device reports.
     pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
         let tiles = tiles(&types(context, view)?, view.size);
-        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let list = Buffer::of(context, "tiles", &tiles, storage)?;
+        let list = Buffer::of(context, "tiles", &tiles, vk::BufferUsageFlags::STORAGE_BUFFER)?;
+        Self::of(context, view, list, tiles.len() as u32)
+    }
+
+    /// For views that the stage `tile_list` looks through, all of the same size.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn of_any_view(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
+        let [columns, rows] = view.size.map(|side| side.div_ceil(SIDE));
+        let count = columns * rows;
+        let bytes = u64::from(count) * size_of::<Tile>() as u64;
+        let list = geometry::storage_buffer(context, "tiles", bytes)?;
+        Self::of(context, view, list, count)
+    }
+
+    fn of(context: &Arc<Context>, view: &ViewMemory, list: Buffer, count: u32) -> Result<Self> {
         let picture = picture(context, view)?;
         let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
         let bindings = [(0, kind.0, kind.1), (1, kind.0, kind.1)];
@@ -50,8 +68,17 @@ impl Tiles {
         set.write_buffer(1, &picture);
         let sets = [view.set.layout(), set.layout()];
         let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
-        let (count, context) = (tiles.len() as u32, Arc::clone(context));
-        Ok(Self { stages: ByLights::default(), count, picture, layout, set, _list: list, context })
+        let spirv = shaders::TILE_LIST_COMP;
+        Ok(Self {
+            stages: ByLights::default(),
+            list_stage: Pipeline::compute(context, "tile_list", spirv, &layout, &[GROUP, SIDE])?,
+            count,
+            picture,
+            layout,
+            set,
+            _list: list,
+            context: Arc::clone(context),
+        })
     }
 }
 
@@ -92,6 +119,24 @@ impl Measure for Tiles {
         Ok(())
     }
 
+    fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
+        let device = self.context.device();
+        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
+        let sets = [view.set.raw(), self.set.raw()];
+        let [columns, rows] = view.size.map(|side| side.div_ceil(SIDE));
+        // SAFETY: `cmd` is being recorded on this device; the list has room for every tile, the picture,
+        // of whole words, may be filled, and the pipeline was made for `layout`.
+        unsafe {
+            device.cmd_fill_buffer(cmd, self.picture.raw(), 0, vk::WHOLE_SIZE, 0);
+            device.cmd_bind_pipeline(cmd, point, self.list_stage.raw());
+            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[]);
+            device.cmd_dispatch(cmd, columns, rows, 1);
+        }
+        let written = (COMPUTE_WRITE.0 | COPY_WRITE.0, COMPUTE_WRITE.1 | COPY_WRITE.1);
+        let used = (COMPUTE_READ.0, COMPUTE_READ.1 | COMPUTE_WRITE.1);
+        self.context.barrier(cmd, written, used);
+    }
+
     fn record(
         &self,
         cmd: vk::CommandBuffer,
@@ -115,7 +160,7 @@ impl Measure for Tiles {
         });
     }
 
-    fn first_picture(&self) -> Result<Vec<f32>> {
+    fn first_picture(&self, _view: &ViewMemory) -> Result<Vec<f32>> {
         let pixels = self.picture.size() as usize / size_of::<f32>();
         staging::read_buffer(&self.context, &self.picture, pixels)
     }

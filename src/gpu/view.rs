@@ -4,8 +4,9 @@
 //! [`ViewMemory`] owns all of it, with the one descriptor set that every stage binds as set 0
 //! (`shaders/include/layout.glsl` declares it, [`layout::binding`] numbers it):
 //!
-//! - the G-buffer and the depth's maps ([`GBuffer`]), only where the device itself draws the view.
-//!   The visibility draw writes the G-buffer's five colour attachments, `edges` the maps;
+//! - the G-buffer and the depth's maps ([`GBuffer`]), only where the device itself makes the maps.
+//!   The visibility draw or, of what an engine has drawn, the stage `surface` writes the G-buffer's
+//!   five images, `edges` the maps;
 //! - the pixel types, R32_UINT, numbered as [`PixelType`](crate::objective::maps::PixelType);
 //! - the surface's records, three RGBA32_SFLOAT images that `population` reads: position and
 //!   shininess; normal and diffuse reflectance; specular reflectance (normalised), unlit luminance
@@ -22,7 +23,7 @@ use super::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_WRITE, Commands, NOTHING
 use super::layout::{self, Chunk, Parameters, ViewStatistics, binding};
 use super::memory::{Access, Buffer, Image, ImageDesc};
 use super::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
-use super::{Context, shaders};
+use super::{Context, shaders, staging};
 use crate::lighting::shading::{Shading, luminance};
 use crate::objective::Objective;
 use crate::objective::maps::{Maps, Surface};
@@ -42,7 +43,7 @@ pub const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
     vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::COMPUTE.as_raw(),
 );
 
-/// What the visibility draw and `edges` write. All of the picture's size, in layout `GENERAL`.
+/// What the visibility draw or `surface`, and `edges` write. All of the picture's size, in layout `GENERAL`.
 pub struct GBuffer {
     /// Colour code, R32_UINT; 0 is the background.
     pub code: Image,
@@ -70,7 +71,7 @@ pub struct ViewMemory {
     pub set: DescriptorSet,
     /// Layout of the stages that need the view's set alone.
     pub layout: PipelineLayout,
-    /// Where the device draws the view.
+    /// Where the device makes the maps.
     pub g_buffer: Option<GBuffer>,
     /// Pixel types.
     pub types: Image,
@@ -78,7 +79,8 @@ pub struct ViewMemory {
     pub records: [Image; 3],
     /// [`ViewStatistics`], device-local.
     pub statistics: Buffer,
-    _parameters: Buffer,
+    /// [`Parameters`], which an engine's commands may update.
+    pub parameters: Buffer,
     context: Arc<Context>,
 }
 
@@ -108,7 +110,7 @@ impl ViewMemory {
             context,
             "parameters",
             &[Parameters::new(view, objective, shading)],
-            vk::BufferUsageFlags::UNIFORM_BUFFER,
+            vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
         )?;
         set.write_buffer(binding::PARAMETERS, &parameters);
         let types = map(context, size, "types", vk::Format::R32_UINT)?;
@@ -133,7 +135,7 @@ impl ViewMemory {
             types,
             records,
             statistics,
-            _parameters: parameters,
+            parameters,
             context: Arc::clone(context),
         };
         let [a, b, c] = &memory.records;
@@ -141,12 +143,13 @@ impl ViewMemory {
         Ok(memory)
     }
 
-    /// Adds the images that the visibility draw and `edges` write.
+    /// Adds the images that `edges` writes, and those that the visibility draw or, with `written` as
+    /// storage images, the stage `surface` writes.
     ///
     /// # Errors
     /// What the device reports.
-    pub fn add_g_buffer(&mut self) -> Result<&GBuffer> {
-        let g_buffer = GBuffer::new(&self.context, self.size)?;
+    pub fn add_g_buffer(&mut self, written: vk::ImageUsageFlags) -> Result<&GBuffer> {
+        let g_buffer = GBuffer::new(&self.context, self.size, written)?;
         for (number, image) in g_buffer.images() {
             self.set.write_image(number, image, vk::ImageLayout::GENERAL);
         }
@@ -203,6 +206,14 @@ impl ViewMemory {
         Ok(memory)
     }
 
+    /// Reads the statistics back.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn read_statistics(&self) -> Result<ViewStatistics> {
+        Ok(staging::read_buffer(&self.context, &self.statistics, 1)?[0])
+    }
+
     /// Records a compute stage: its pipeline, the view's set, the push constants, the dispatch.
     pub fn dispatch(
         &self,
@@ -248,9 +259,9 @@ impl Reflectance {
 }
 
 impl GBuffer {
-    fn new(context: &Arc<Context>, size: [u32; 2]) -> Result<Self> {
-        let attachment = |name, format| {
-            let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
+    fn new(context: &Arc<Context>, size: [u32; 2], written: vk::ImageUsageFlags) -> Result<Self> {
+        let surface = |name, format| {
+            let usage = written
                 | vk::ImageUsageFlags::SAMPLED
                 | vk::ImageUsageFlags::TRANSFER_SRC
                 | vk::ImageUsageFlags::TRANSFER_DST;
@@ -258,11 +269,11 @@ impl GBuffer {
         };
         let vec4 = vk::Format::R32G32B32A32_SFLOAT;
         Ok(Self {
-            code: attachment("code", vk::Format::R32_UINT)?,
-            position_roughness: attachment("position, roughness", vec4)?,
-            normal_metallic: attachment("normal, metallic", vec4)?,
-            base_color: attachment("base color", vec4)?,
-            emissive: attachment("emissive", vec4)?,
+            code: surface("code", vk::Format::R32_UINT)?,
+            position_roughness: surface("position, roughness", vec4)?,
+            normal_metallic: surface("normal, metallic", vec4)?,
+            base_color: surface("base color", vec4)?,
+            emissive: surface("emissive", vec4)?,
             depth: map(context, size, "depth", vk::Format::R32_SFLOAT)?,
             sobel: map(context, size, "sobel", vk::Format::R32_SFLOAT)?,
             laplace: map(context, size, "laplace", vk::Format::R32_SFLOAT)?,
@@ -348,7 +359,7 @@ mod tests {
         let uploaded = ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
         let mut drawn =
             ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
-        drawn.add_g_buffer().unwrap();
+        drawn.add_g_buffer(vk::ImageUsageFlags::COLOR_ATTACHMENT).unwrap();
         testing::upload_surface(&context, &maps.surface, drawn.g_buffer.as_ref().unwrap());
         let stage = Reflectance::new(&context, &drawn.layout).unwrap();
         Commands::once(&context, |cmd| {

@@ -1,6 +1,7 @@
 //! The scene as it is drawn: triangles, materials, textures, cameras and lights, all in world space.
 
 pub mod camera;
+pub mod engine;
 pub mod framing;
 pub mod lights;
 pub mod lit;

@@ -176,7 +176,7 @@ impl View {
     }
 }
 
-fn check_size(width: u32, height: u32) -> Result<()> {
+pub(super) fn check_size(width: u32, height: u32) -> Result<()> {
     let fault = if width == 0 || height == 0 {
         "has no pixels".to_owned()
     } else if width.max(height) > MAX_SIDE {

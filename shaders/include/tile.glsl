@@ -1,0 +1,13 @@
+// A tile of the picture, as the pipeline `compute` takes it on GPUs; the Rust side is Tile in
+// src/gpu/layout.rs.
+#ifndef KLIEG_TILE
+#define KLIEG_TILE
+
+struct Tile {
+    uint column; // of tiles
+    uint row;
+    uint origin; // an object pixel's place in the tile with its border, or EMPTY
+};
+const uint EMPTY = 0xffffffffu;
+
+#endif
