@@ -9,15 +9,13 @@ mod support;
 
 use figures::{instances, normal_mapped, perspective, quads};
 use klieg::evaluate::Evaluator;
-use klieg::gpu::{
-    ComputeShape, Context, ContextOptions, GpuEvaluator, PipelineKind, ReadbackEvaluator,
-};
+use klieg::gpu::{ComputeShape, Context, GpuEvaluator, PipelineKind, ReadbackEvaluator, Tuning};
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{Light, LightKind};
 use klieg::objective::Objective;
 use klieg::scene::Scene;
 use std::sync::Arc;
-use support::{assert_valid, population, rigs, with_options};
+use support::{assert_valid, population, rigs, with_tuning};
 
 /// Every way to measure, and the number of its pipelines: those of the view and of a generation.
 const WAYS: [(PipelineKind, Option<ComputeShape>, u64); 4] = [
@@ -28,7 +26,7 @@ const WAYS: [(PipelineKind, Option<ComputeShape>, u64); 4] = [
 ];
 
 fn context(pipeline: PipelineKind, shape: Option<ComputeShape>) -> Arc<Context> {
-    with_options(ContextOptions { pipeline: Some(pipeline), shape, ..Default::default() })
+    with_tuning(Tuning { pipeline: Some(pipeline), shape, ..Default::default() })
 }
 
 fn evaluator(context: &Arc<Context>, scene: &Scene, [width, height]: [u32; 2]) -> GpuEvaluator {
@@ -105,7 +103,7 @@ fn the_baseline_shares_the_draws_of_forward() {
 fn evaluators_of_several_threads_share_the_pipelines() {
     for (pipeline, shape, expected) in WAYS {
         let shared = context(pipeline, shape);
-        let sizes = [[40, 30], [31, 47], [64, 8], [50, 50]];
+        let sizes = [[40, 30], [31, 47], [64, 8]];
         let of = |size| scores(&mut evaluator(&shared, &instances(), size), &lights(2));
         let together: Vec<_> = std::thread::scope(|scope| {
             let threads = sizes.map(|size| scope.spawn(move || of(size)));

@@ -27,7 +27,8 @@ const SIDE: u32 = 32;
 /// The list of tiles, the stage, and the first picture.
 pub struct Tiles {
     stages: ByLights,
-    list_stage: Pipeline,
+    /// Where the views change.
+    list_stage: Option<Pipeline>,
     count: u32,
     picture: Buffer,
     layout: PipelineLayout,
@@ -56,7 +57,11 @@ impl Tiles {
         let count = columns * rows;
         let bytes = u64::from(count) * size_of::<Tile>() as u64;
         let list = geometry::storage_buffer(context, "tiles", bytes)?;
-        Self::of(context, view, list, count)
+        let mut tiles = Self::of(context, view, list, count)?;
+        let (spirv, constants) = (shaders::TILE_LIST_COMP, [GROUP, SIDE]);
+        let stage = Pipeline::compute(context, "tile_list", spirv, &tiles.layout, &constants)?;
+        tiles.list_stage = Some(stage);
+        Ok(tiles)
     }
 
     fn of(context: &Arc<Context>, view: &ViewMemory, list: Buffer, count: u32) -> Result<Self> {
@@ -68,10 +73,9 @@ impl Tiles {
         set.write_buffer(1, &picture);
         let sets = [view.set.layout(), set.layout()];
         let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
-        let spirv = shaders::TILE_LIST_COMP;
         Ok(Self {
             stages: ByLights::default(),
-            list_stage: Pipeline::compute(context, "tile_list", spirv, &layout, &[GROUP, SIDE])?,
+            list_stage: None,
             count,
             picture,
             layout,
@@ -120,6 +124,7 @@ impl Measure for Tiles {
     }
 
     fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
+        let Some(list_stage) = &self.list_stage else { return };
         let device = self.context.device();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let sets = [view.set.raw(), self.set.raw()];
@@ -128,7 +133,7 @@ impl Measure for Tiles {
         // of whole words, may be filled, and the pipeline was made for `layout`.
         unsafe {
             device.cmd_fill_buffer(cmd, self.picture.raw(), 0, vk::WHOLE_SIZE, 0);
-            device.cmd_bind_pipeline(cmd, point, self.list_stage.raw());
+            device.cmd_bind_pipeline(cmd, point, list_stage.raw());
             device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[]);
             device.cmd_dispatch(cmd, columns, rows, 1);
         }

@@ -220,12 +220,12 @@ impl Drop for Frame<'_> {
     }
 }
 
-/// A buffer of the engine that the host reads.
+/// A buffer of the engine that the host reads or fills.
 pub struct HostBuffer<'a> {
     engine: &'a Engine,
     pub raw: vk::Buffer,
     memory: vk::DeviceMemory,
-    mapped: *const f32,
+    mapped: *mut f32,
 }
 
 impl<'a> HostBuffer<'a> {
@@ -237,7 +237,7 @@ impl<'a> HostBuffer<'a> {
         unsafe {
             let info = vk::BufferCreateInfo::default()
                 .size(4 * floats as u64)
-                .usage(vk::BufferUsageFlags::TRANSFER_DST);
+                .usage(vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC);
             let raw = device.create_buffer(&info, None).expect("a buffer");
             let needed = device.get_buffer_memory_requirements(raw);
             let types = engine.instance.get_physical_device_memory_properties(engine.physical);
@@ -257,6 +257,14 @@ impl<'a> HostBuffer<'a> {
         }
     }
 
+    /// Full of `bytes`.
+    pub fn filled(engine: &'a Engine, bytes: &[u8]) -> Self {
+        let buffer = Self::new(engine, bytes.len().div_ceil(4).max(1));
+        // SAFETY: so many bytes are mapped, and nothing uses them yet.
+        unsafe { buffer.mapped.cast::<u8>().copy_from(bytes.as_ptr(), bytes.len()) };
+        buffer
+    }
+
     /// The floats from `first` on.
     pub fn read(&self, first: usize, count: usize) -> Vec<f32> {
         // SAFETY: so many floats are mapped, and the tests wait for the device.
@@ -269,6 +277,119 @@ impl Drop for HostBuffer<'_> {
         // SAFETY: the tests wait for what they submit.
         unsafe {
             self.engine.device.destroy_buffer(self.raw, None);
+            self.engine.device.free_memory(self.memory, None);
+        }
+    }
+}
+
+/// A picture of the engine, in layout `SHADER_READ_ONLY_OPTIMAL`.
+pub struct Texture<'a> {
+    engine: &'a Engine,
+    raw: vk::Image,
+    memory: vk::DeviceMemory,
+    pub view: vk::ImageView,
+}
+
+impl<'a> Texture<'a> {
+    /// `layers` pictures of `size` pixels, an array even of one where `array` says so.
+    pub fn new(
+        engine: &'a Engine,
+        size: [u32; 2],
+        (layers, array): (u32, bool),
+        format: vk::Format,
+        texels: &[u8],
+    ) -> Self {
+        let device = &engine.device;
+        let depth = format == vk::Format::D32_SFLOAT;
+        let aspect = if depth { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR };
+        let [width, height] = size;
+        // SAFETY: the device is alive; every info is complete.
+        let texture = unsafe {
+            let info = vk::ImageCreateInfo::default()
+                .image_type(vk::ImageType::TYPE_2D)
+                .format(format)
+                .extent(vk::Extent3D { width, height, depth: 1 })
+                .mip_levels(1)
+                .array_layers(layers)
+                .samples(vk::SampleCountFlags::TYPE_1)
+                .usage(vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST);
+            let raw = device.create_image(&info, None).expect("an image");
+            let needed = device.get_image_memory_requirements(raw);
+            let info = vk::MemoryAllocateInfo::default()
+                .allocation_size(needed.size)
+                .memory_type_index(needed.memory_type_bits.trailing_zeros());
+            let memory = device.allocate_memory(&info, None).expect("memory");
+            device.bind_image_memory(raw, memory, 0).expect("a bound image");
+            let kind =
+                if array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
+            let range = vk::ImageSubresourceRange::default()
+                .aspect_mask(aspect)
+                .level_count(1)
+                .layer_count(layers);
+            let info = vk::ImageViewCreateInfo::default()
+                .image(raw)
+                .view_type(kind)
+                .format(format)
+                .subresource_range(range);
+            let view = device.create_image_view(&info, None).expect("a view");
+            Self { engine, raw, memory, view }
+        };
+        let subresource =
+            vk::ImageSubresourceLayers::default().aspect_mask(aspect).layer_count(layers);
+        texture.fill(size, subresource, texels);
+        texture
+    }
+
+    /// Fills all layers, and leaves them to shaders.
+    fn fill(&self, [width, height]: [u32; 2], to: vk::ImageSubresourceLayers, texels: &[u8]) {
+        let staging = HostBuffer::filled(self.engine, texels);
+        let region = [vk::BufferImageCopy::default()
+            .image_subresource(to)
+            .image_extent(vk::Extent3D { width, height, depth: 1 })];
+        let copied = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        let frame = Frame::record(self.engine, |cmd| {
+            let barrier = |from, to_layout, before, after| {
+                let barrier = [vk::ImageMemoryBarrier::default()
+                    .image(self.raw)
+                    .old_layout(from)
+                    .new_layout(to_layout)
+                    .src_access_mask(before)
+                    .dst_access_mask(after)
+                    .subresource_range(
+                        vk::ImageSubresourceRange::default()
+                            .aspect_mask(to.aspect_mask)
+                            .level_count(1)
+                            .layer_count(to.layer_count),
+                    )];
+                let all = vk::PipelineStageFlags::ALL_COMMANDS;
+                let flags = vk::DependencyFlags::empty();
+                // SAFETY: `cmd` is being recorded; the image is alive.
+                unsafe {
+                    let device = &self.engine.device;
+                    device.cmd_pipeline_barrier(cmd, all, all, flags, &[], &[], &barrier);
+                }
+            };
+            let (none, write) = (vk::AccessFlags::empty(), vk::AccessFlags::TRANSFER_WRITE);
+            barrier(vk::ImageLayout::UNDEFINED, copied, none, write);
+            // SAFETY: as above; the buffer holds all layers.
+            unsafe {
+                let device = &self.engine.device;
+                device.cmd_copy_buffer_to_image(cmd, staging.raw, self.raw, copied, &region);
+            }
+            let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+            barrier(copied, read, write, vk::AccessFlags::SHADER_READ);
+        });
+        frame.submit();
+        frame.wait();
+    }
+}
+
+impl Drop for Texture<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the tests wait for what they submit.
+        unsafe {
+            self.engine.device.destroy_image_view(self.view, None);
+            self.engine.device.destroy_image(self.raw, None);
             self.engine.device.free_memory(self.memory, None);
         }
     }
