@@ -4,7 +4,7 @@
 use super::genome::{Genome, Range};
 use super::{Light, Role, angles};
 use crate::error::within;
-use crate::objective::maps::Maps;
+use crate::objective::maps::{Maps, PixelType};
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
@@ -12,6 +12,9 @@ use glam::{DMat3, Vec3};
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+/// Most pixels whose normals are clustered.
+const MAX_SAMPLES: usize = 1 << 16;
 
 /// Lloyd iterations at most; clusterings of normals settle in far fewer.
 const ITERATIONS: usize = 100;
@@ -192,6 +195,22 @@ pub fn first(
     from_clusters(genome, &clustering.clusters)
 }
 
+/// The individual that a surface without a scene suggests: that of the clusters of its object pixels'
+/// normals, so that what is large in the picture weighs more. Of a large picture every n-th object
+/// pixel counts, 65,536 at most.
+pub fn first_of_surface(maps: &Maps, genome: &Genome, rng: &mut impl Rng) -> Vec<f32> {
+    let clustering = cluster(&surface_normals(maps), genome.lights(), rng);
+    from_clusters(genome, &clustering.clusters)
+}
+
+/// Normals of every n-th object pixel, [`MAX_SAMPLES`] at most.
+fn surface_normals(maps: &Maps) -> Vec<Vec3> {
+    let pixels = std::iter::zip(&maps.types, &maps.surface.normal);
+    let object = pixels.filter(|&(&kind, _)| kind != PixelType::Background);
+    let step = object.clone().count().div_ceil(MAX_SAMPLES).max(1);
+    object.step_by(step).map(|(_, &normal)| normal.into()).collect()
+}
+
 /// The individual of a given rig, each value moved to the nearest one of its box. Lights are taken by
 /// role; a role that the rig has too few of takes what is left, in order.
 ///
@@ -341,6 +360,51 @@ mod tests {
         assert_eq!(elevations(&[Role::Key, Role::Fill]), [0.0, 90.0]);
         assert_eq!(elevations(&[Role::Fill, Role::Key]), [90.0, 0.0]);
         assert_eq!(elevations(&[Role::Fill, Role::Rim, Role::Key]), [90.0, 0.0, 0.0]);
+    }
+
+    /// A picture of `counts` pixels of each kind, row after row.
+    fn pixels(counts: &[(PixelType, Vec3, usize)]) -> Maps {
+        let mut maps = Maps::default();
+        for &(kind, normal, count) in counts {
+            maps.types.extend(vec![kind; count]);
+            maps.surface.normal.extend(vec![normal.to_array(); count]);
+        }
+        maps
+    }
+
+    #[test]
+    fn a_surface_alone_suggests_what_most_of_its_object_pixels_face() {
+        use PixelType::{Background, Edge, Surface};
+        let roles = [Role::Key, Role::Fill];
+        let genome = Genome::new(&roles, LightKind::Directional, &Boxes::default()).unwrap();
+        let elevations = |maps: &Maps| {
+            let rig = genome.decode(&first_of_surface(maps, &genome, &mut rng(3)));
+            rig.iter().map(|light| light.elevation.to_degrees().round()).collect::<Vec<_>>()
+        };
+        let (up, front) = (Vec3::Y, Vec3::Z);
+        let background = (Background, front, 900);
+        let maps = pixels(&[background, (Surface, up, 200), (Edge, front, 100)]);
+        assert_eq!(elevations(&maps), [90.0, 0.0]);
+        let maps = pixels(&[background, (Surface, up, 200), (Edge, front, 300)]);
+        assert_eq!(elevations(&maps), [0.0, 90.0]);
+    }
+
+    #[test]
+    fn large_pictures_are_sampled_evenly() {
+        use PixelType::{Background, Surface};
+        let third = 3 * MAX_SAMPLES + 5;
+        let faces = [Vec3::X, Vec3::Y, Vec3::Z];
+        let parts = faces.map(|normal| (Surface, normal, third));
+        let normals =
+            surface_normals(&pixels(&[&parts[..], &[(Background, -Vec3::X, third)]].concat()));
+        assert!((MAX_SAMPLES / 2..=MAX_SAMPLES).contains(&normals.len()), "{}", normals.len());
+        for face in faces {
+            let share = normals.iter().filter(|&&normal| normal == face).count();
+            assert!(share.abs_diff(normals.len() / 3) <= 1, "{share}");
+        }
+        // A picture of that many pixels is taken whole.
+        let whole = surface_normals(&pixels(&[(Surface, Vec3::X, MAX_SAMPLES)]));
+        assert_eq!(whole.len(), MAX_SAMPLES);
     }
 
     #[test]
