@@ -122,7 +122,8 @@ fn a_scene_from_arrays_is_the_loaded_one() {
         let expected = measured(&loaded, camera);
         assert!(same(&measured(&again, camera), &expected), "{name}");
         let computed = rebuilt(&loaded, Keep { tangents: false, ..keep });
-        assert!(same(&measured(&computed, camera), &expected), "{name}: tangents");
+        // Only one has a normal texture, and tangents of its own that are not quite MikkTSpace's.
+        assert_eq!(same(&measured(&computed, camera), &expected), name != "still-life", "{name}");
 
         // Some vertices aside, another colour or another place are enough to tell.
         let mut others = vec![rebuilt(&loaded, Keep { shift: 0.02, ..keep }); 3];

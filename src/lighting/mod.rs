@@ -1,5 +1,6 @@
 //! Lights, rigs of lights, and how a surface looks under them.
 
+pub mod clusters;
 pub mod genome;
 pub mod presets;
 pub mod shading;
