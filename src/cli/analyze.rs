@@ -5,7 +5,8 @@ use super::print;
 use super::session::Session;
 use super::values::Lights;
 use crate::lighting::angles;
-use crate::lighting::start::{self, Clustering};
+use crate::lighting::clusters::{Cluster, Clustering};
+use crate::lighting::start;
 use crate::objective::maps::Maps;
 use crate::report::json::{self, Header};
 use crate::report::{Staging, npy, picture};
@@ -208,7 +209,7 @@ fn objects(scene: &crate::scene::Scene, maps: &Maps) -> Vec<Object> {
 }
 
 fn clusters(clustering: &Clustering) -> Vec<ClusterRecord> {
-    let record = |(i, cluster): (usize, &start::Cluster)| {
+    let record = |(i, cluster): (usize, &Cluster)| {
         let (elevation, azimuth) = angles(cluster.direction);
         ClusterRecord {
             polygons: cluster.size,

@@ -1,10 +1,12 @@
 //! Lights, rigs of lights, and how a surface looks under them.
 
+pub mod clusters;
 pub mod genome;
 pub mod presets;
 pub mod shading;
 pub mod start;
 
+use crate::scene::view::Frame;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -60,6 +62,27 @@ impl Light {
     /// Unit vector `u = (cosθ·sinφ, sinθ, cosθ·cosφ)` from the scene's centre towards the light.
     pub fn direction(&self) -> Vec3 {
         direction(self.elevation, self.azimuth)
+    }
+
+    /// The light of the frame `from` in the frame `to`: a point light keeps its place in the world, a
+    /// directional one its direction there. The intensities stay as they are; a point light at the very
+    /// centre of `to` keeps its angles.
+    pub fn moved(&self, from: &Frame, to: &Frame) -> Self {
+        let direction = self.direction().as_dvec3();
+        let (place, distance) = match self.kind {
+            LightKind::Point => {
+                let world = from.point_to_world(direction * f64::from(self.distance));
+                let place = to.from_world().transform_point3(world);
+                (place, place.length() as f32)
+            }
+            LightKind::Directional => {
+                let world = from.direction_to_world(direction);
+                (to.from_world().transform_vector3(world), self.distance)
+            }
+        };
+        let towards = place.try_normalize().unwrap_or(direction);
+        let (elevation, azimuth) = angles(towards.as_vec3());
+        Self { elevation, azimuth, distance, ..*self }
     }
 
     /// What the evaluators read.

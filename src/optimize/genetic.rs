@@ -18,7 +18,7 @@ pub const MAX_POPULATION: usize = 1 << 17;
 pub struct GeneticSettings {
     /// Individuals, 2 to [`MAX_POPULATION`].
     pub population: usize,
-    /// Generations, the first population included.
+    /// Generations, the first population included; counted anew from a [`Genetic::renew`].
     pub generations: usize,
     /// Share of the population, the best, that is copied with its scores.
     pub elitism: f32,
@@ -30,7 +30,8 @@ pub struct GeneticSettings {
     pub mutation_step: f32,
     /// Individuals that compete to be a parent, 1 to [`MAX_POPULATION`]; one may be drawn twice.
     pub tournament: usize,
-    /// Generations without a better individual after which the search ends; 0 for never.
+    /// Generations without a better individual after which the search ends, also counted anew; 0 for
+    /// never.
     pub patience: usize,
 }
 
@@ -50,6 +51,11 @@ impl Default for GeneticSettings {
 }
 
 impl GeneticSettings {
+    /// The defaults without an end, for a search that runs as long as its caller wants.
+    pub fn endless() -> Self {
+        Self { generations: usize::MAX, ..Self::default() }
+    }
+
     /// Number of elites: at least one individual is new in every generation.
     pub fn elites(&self) -> usize {
         ((self.population as f32 * self.elitism).round() as usize).min(self.population - 1)
@@ -94,8 +100,9 @@ pub struct Genetic {
     scores: Vec<f32>,
     /// Individuals that wait for their scores.
     asked: Vec<Vec<f32>>,
+    /// Generations since the start, or since the scores were last renewed.
     generation: usize,
-    /// Generation of the best individual.
+    /// The one of them that the best individual is from.
     improved: usize,
 }
 
@@ -130,6 +137,17 @@ impl Genetic {
     /// All scored individuals, the best first.
     pub fn population(&self) -> &[Vec<f32>] {
         &self.population
+    }
+
+    /// Forgets all scores, as they hold no more, and asks for the whole present generation: the
+    /// elites and those that wait for their scores, or everyone of a finished search, each passed
+    /// through `change`, which must stay inside the bounds. A finished search goes on.
+    pub fn renew(&mut self, change: impl Fn(Vec<f32>) -> Vec<f32>) {
+        self.population.truncate(self.settings.population - self.asked.len());
+        let all = self.population.drain(..).chain(self.asked.drain(..));
+        self.asked = all.map(change).collect();
+        self.scores.clear();
+        (self.generation, self.improved) = (0, 0);
     }
 
     fn finished(&self) -> bool {

@@ -2,10 +2,13 @@
 //! told them. Searches know the box of each allele and nothing of lights, scenes or devices.
 
 pub mod descent;
+pub mod designer;
 pub mod genetic;
 pub mod race;
 pub mod random;
 pub mod restarts;
+#[cfg(test)]
+mod testing;
 
 use crate::Result;
 use crate::evaluate::Evaluator;
@@ -14,6 +17,7 @@ use crate::lighting::{Population, Rig};
 use std::ops::ControlFlow;
 
 pub use descent::{Descent, DescentSettings};
+pub use designer::Designer;
 pub use genetic::{Genetic, GeneticSettings, MAX_POPULATION};
 pub use race::{Course, race};
 pub use random::Random;
@@ -70,27 +74,30 @@ impl Outcome {
 }
 
 /// Chromosomes on their way to an evaluator, and their scores.
-pub(crate) struct Batch<'a> {
-    genome: &'a Genome,
+#[derive(Debug, Clone)]
+pub(crate) struct Batch {
+    genome: Genome,
     population: Population,
     scores: Vec<f32>,
 }
 
-impl<'a> Batch<'a> {
-    pub fn new(genome: &'a Genome) -> Result<Self> {
-        Ok(Self { genome, population: Population::new(genome.lights())?, scores: Vec::new() })
+impl Batch {
+    pub fn new(genome: &Genome) -> Result<Self> {
+        let population = Population::new(genome.lights())?;
+        Ok(Self { genome: genome.clone(), population, scores: Vec::new() })
+    }
+
+    /// Takes other chromosomes.
+    pub fn fill<'c>(&mut self, chromosomes: impl IntoIterator<Item = &'c Vec<f32>>) {
+        self.population.clear();
+        for chromosome in chromosomes {
+            let rig = self.genome.decode(chromosome);
+            self.population.push(&rig).expect("all rigs of a genome have its number of lights");
+        }
     }
 
     /// The scores of the chromosomes, evaluated as one population.
-    pub fn evaluate<'c>(
-        &mut self,
-        chromosomes: impl IntoIterator<Item = &'c Vec<f32>>,
-        evaluator: &mut dyn Evaluator,
-    ) -> Result<&[f32]> {
-        self.population.clear();
-        for chromosome in chromosomes {
-            self.population.push(&self.genome.decode(chromosome))?;
-        }
+    pub fn evaluate(&mut self, evaluator: &mut dyn Evaluator) -> Result<&[f32]> {
         self.scores.resize(self.population.len(), 0.0);
         evaluator.evaluate(&self.population, &mut self.scores)?;
         Ok(&self.scores)
@@ -114,7 +121,8 @@ pub fn run(
     let mut history: Vec<Progress> = Vec::new();
     let mut stopped = false;
     while !stopped && !search.ask().is_empty() {
-        let scores = batch.evaluate(search.ask(), evaluator)?;
+        batch.fill(search.ask());
+        let scores = batch.evaluate(evaluator)?;
         search.tell(scores);
         let before = history.last().map_or(0, |last| last.evaluations);
         let progress = progress(search, history.len() + 1, before + scores.len());

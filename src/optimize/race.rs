@@ -74,7 +74,8 @@ pub fn race(
             return Ok(courses);
         }
         let asked = std::iter::zip(&*searches, &counts).flat_map(|(s, &count)| &s.ask()[..count]);
-        let mut scores = batch.evaluate(asked, evaluator)?;
+        batch.fill(asked);
+        let mut scores = batch.evaluate(evaluator)?;
         for ((search, course), count) in searches.iter_mut().zip(&mut courses).zip(counts) {
             let (own, others) = scores.split_at(count);
             scores = others;
@@ -93,53 +94,12 @@ pub fn race(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::{DeviceInfo, Inspection};
-    use crate::lighting::genome::Boxes;
+    use crate::lighting::Light;
     use crate::lighting::start::{self, StartSettings};
-    use crate::lighting::{Light, LightKind, Population, Role};
-    use crate::objective::Quality;
-    use crate::objective::maps::Maps;
+    use crate::optimize::testing::{Hills, genome, height};
     use crate::optimize::{Descent, DescentSettings, Genetic, GeneticSettings, Random, Restarts};
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-
-    /// Scores rigs by where their lights stand: a landscape of several valleys.
-    #[derive(Default)]
-    struct Hills {
-        calls: usize,
-    }
-
-    fn height(rig: &[crate::lighting::LightRecord]) -> f32 {
-        let hill = |l: &crate::lighting::LightRecord| {
-            let [x, y, z] = l.position;
-            (1.7 * x).sin() * (1.3 * y).cos() + 0.05 * z + 0.1 * (l.diffuse - 0.4).powi(2)
-        };
-        rig.iter().map(hill).sum()
-    }
-
-    impl Evaluator for Hills {
-        fn device(&self) -> &DeviceInfo {
-            unreachable!("a race only evaluates")
-        }
-        fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
-            self.calls += 1;
-            population.rigs().zip(scores).for_each(|(rig, score)| *score = height(rig));
-            Ok(())
-        }
-        fn qualities(&mut self, _: &Population) -> Result<Vec<Quality>> {
-            unreachable!("a race only evaluates")
-        }
-        fn inspect(&mut self, _: &[Light]) -> Result<Inspection> {
-            unreachable!("a race only evaluates")
-        }
-        fn maps(&mut self) -> Result<&Maps> {
-            unreachable!("a race only evaluates")
-        }
-    }
-
-    fn genome() -> Genome {
-        Genome::new(&[Role::Key, Role::Fill], LightKind::Point, &Boxes::default()).unwrap()
-    }
 
     /// One search of each kind.
     fn searches(genome: &Genome, seed: u64) -> Vec<Box<dyn Optimizer>> {

@@ -1,6 +1,6 @@
 //! Maps as pictures that a person can read, and PNG files.
 
-use crate::lighting::start::Clustering;
+use crate::lighting::clusters::Clustering;
 use crate::objective::maps::{Maps, PixelType};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

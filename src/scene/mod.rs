@@ -1,11 +1,15 @@
 //! The scene as it is drawn: triangles, materials, textures, cameras and lights, all in world space.
 
+mod assemble;
+pub mod build;
 pub mod camera;
 pub mod engine;
 pub mod framing;
 pub mod lights;
 pub mod lit;
 pub mod load;
+mod mips;
+mod tangents;
 pub mod view;
 
 use bytemuck::{Pod, Zeroable};
@@ -13,12 +17,16 @@ use glam::{DMat4, DVec3, Vec3};
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// A scene, ready to be drawn. Loaded from glTF by [`load::load`].
+/// What making a part of a scene gives; the fault is put behind the name of what it is a part of.
+type Parsed<T> = std::result::Result<T, String>;
+
+/// A scene, ready to be drawn. Loaded from glTF by [`load::load`], or made from an engine's arrays by
+/// [`build::SceneBuilder`].
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
-    /// The file that it came from.
+    /// The file that it came from; the name of a scene that was made from arrays.
     pub path: PathBuf,
-    /// All files that it was read from, `path` first.
+    /// All files that it was read from, `path` first; none of a scene that was made from arrays.
     pub files: Vec<PathBuf>,
     /// Triangle meshes, one for each glTF primitive, stored once however often they are drawn.
     pub meshes: Vec<Mesh>,
@@ -145,6 +153,16 @@ pub struct TextureRef {
     pub uv_set: u32,
     /// KHR_texture_transform as the rows of a 2×3 matrix: `u' = m[0]·(u, v, 1)`, `v' = m[1]·(u, v, 1)`.
     pub transform: [[f32; 3]; 2],
+}
+
+impl TextureRef {
+    /// No transform of the coordinates.
+    pub const UNMOVED: [[f32; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+    /// A texture by coordinate set 0, unmoved.
+    pub fn new(texture: u32) -> Self {
+        Self { texture, uv_set: 0, transform: Self::UNMOVED }
+    }
 }
 
 /// How a texture continues outside 0..1.

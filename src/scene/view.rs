@@ -74,6 +74,18 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// # Errors
+    /// [`Error::Argument`] unless the axes and the centre are finite and the radius is in [`RADII`].
+    pub(crate) fn check(&self) -> Result<()> {
+        let Self { center, radius, right, up, back } = self;
+        if !(RADII.contains(radius) && [center, right, up, back].iter().all(|v| v.is_finite())) {
+            let fault = "a light frame needs finite axes, a finite centre and a radius";
+            let (least, most) = (RADII.start(), RADII.end());
+            return Err(Error::Argument(format!("{fault} in {least:e}..{most:e}: {self:?}")));
+        }
+        Ok(())
+    }
+
     /// Light frame from world space.
     pub fn from_world(&self) -> DMat4 {
         let rows = DMat4::from_cols(

@@ -67,7 +67,8 @@ pub fn run(
     let mut paths = vec![Path { lights: Vec::new(), scores: Vec::new() }; starts.len()];
     let mut batch = Batch::new(genome)?;
     while !search.ask().is_empty() {
-        let scores = batch.evaluate(search.ask(), subject.evaluator)?;
+        batch.fill(search.ask());
+        let scores = batch.evaluate(subject.evaluator)?;
         let evaluations = scores.len();
         search.tell(scores);
         for (path, (chromosome, score)) in paths.iter_mut().zip(search.positions()) {

@@ -2,7 +2,8 @@
 
 use super::document::Document;
 use super::texture::Key;
-use super::{Parsed, label, quoted, warn};
+use super::{Parsed, quoted};
+use crate::scene::assemble::{DEFAULT, label, warn};
 use crate::scene::{Material, TextureRef, Wrap};
 use gltf::json::Index;
 use gltf::json::extensions::texture::TextureTransform;
@@ -10,9 +11,6 @@ use gltf::json::material::{AlphaMode, Material as Json};
 use gltf::json::texture::{Info, Texture, WrappingMode};
 use gltf::json::validation::Checked;
 use std::collections::HashMap;
-
-/// Stands for glTF's default material until the number of the others is known.
-pub const DEFAULT: u32 = u32::MAX;
 
 /// Most textures in a scene.
 const MAX_TEXTURES: usize = 1 << 14;
@@ -132,7 +130,7 @@ impl<'a> Materials<'a> {
             alpha_cutoff: alpha_cutoff(json, title, warnings)?,
             double_sided: json.double_sided,
         };
-        check(material)
+        material.checked()
     }
 
     /// Registers a texture; `None`, with a warning, where it cannot be used.
@@ -176,15 +174,13 @@ impl<'a> Materials<'a> {
             self.textures.push(key);
             self.textures.len() - 1
         });
-        let transform = transform.map_or(IDENTITY, rows);
+        let transform = transform.map_or(TextureRef::UNMOVED, rows);
         if !transform.as_flattened().iter().all(|value| value.is_finite()) {
             return Err(format!("the transform of its {what} texture is not finite"));
         }
         Ok(Some(TextureRef { texture: texture as u32, uv_set, transform }))
     }
 }
-
-const IDENTITY: [[f32; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
 /// KHR_texture_transform: scaled, then turned counter-clockwise as seen with v downwards, then
 /// moved.
@@ -220,20 +216,3 @@ fn alpha_cutoff(json: &Json, title: &str, warnings: &mut Vec<String>) -> Parsed<
 
 /// More than the rounding of an interpolated alpha, less than a step of 8 bits.
 const HAIR: f32 = 1e-4;
-
-/// Numbers must be finite; factors are brought into their ranges.
-fn check(mut material: Material) -> Parsed<Material> {
-    let Material { base_color, emissive, metallic, roughness, normal_scale, alpha_cutoff, .. } =
-        &mut material;
-    let factors = [*metallic, *roughness, *normal_scale, *alpha_cutoff];
-    let all = base_color.iter().chain(emissive.iter()).chain(&factors);
-    if !all.clone().all(|value| value.is_finite()) {
-        return Err("a factor is not finite".into());
-    }
-    base_color.iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
-    emissive.iter_mut().for_each(|value| *value = value.max(0.0));
-    *metallic = metallic.clamp(0.0, 1.0);
-    *roughness = roughness.clamp(0.0, 1.0);
-    *alpha_cutoff = alpha_cutoff.max(0.0);
-    Ok(material)
-}

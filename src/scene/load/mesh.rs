@@ -3,14 +3,13 @@
 use super::Parsed;
 use super::accessor::{Accessors, Elements, INDICES, NUMBERS, Wanted};
 use super::pose::{Deformer, Pose};
-use super::tangents;
+use crate::scene::assemble::{Tangents, Triangles, check_indices};
 use crate::scene::{Mesh, Vertex};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-use rayon::prelude::*;
 
 /// Whether a primitive has triangles.
 pub fn has_triangles(primitive: &Primitive) -> Parsed<bool> {
@@ -37,31 +36,15 @@ pub fn build(
 ) -> Parsed<(Mesh, bool)> {
     let source = Source::open(accessors, primitive)?;
     let corners = triangles(accessors, primitive, source.positions.count())?;
-    // Without normals every triangle is flat, and so has its own vertices.
-    let (from, indices) = match source.normals {
-        Some(_) => weld(corners, source.positions.count()),
-        None => {
-            let count = corners.len() as u32;
-            (corners, (0..count).collect())
-        }
+    let count = source.positions.count();
+    let triangles = Triangles::new(corners, count, source.normals.is_some());
+    let deformer = Deformer::open(accessors, primitive, pose, count, triangles.vertices())?;
+    let tangents = match (normal_uv, &source.tangents) {
+        (None, _) => Tangents::Unused,
+        (Some(_), Some(_)) if source.normals.is_some() => Tangents::Given,
+        (Some(set), _) => Tangents::Computed { uv_set: set as usize },
     };
-    let deformer =
-        Deformer::open(accessors, primitive, pose, source.positions.count(), from.len())?;
-    // Collecting would hold the vertices twice.
-    let mut vertices: Vec<Vertex> = bytemuck::zeroed_vec(from.len());
-    vertices.par_iter_mut().zip(from).try_for_each(|(vertex, at)| {
-        *vertex = source.vertex(at as usize, &deformer)?;
-        Parsed::Ok(())
-    })?;
-    let mut mesh = Mesh { vertices, indices, ..Mesh::default() };
-    repair_normals(&mut mesh);
-    match normal_uv {
-        Some(set) if source.normals.is_none() || source.tangents.is_none() => {
-            tangents::generate(&mut mesh, set as usize);
-        }
-        Some(_) => tangents::repair(&mut mesh.vertices),
-        None => {}
-    }
+    let mesh = triangles.mesh(tangents, |at| source.vertex(at, &deformer))?;
     Ok((mesh, deformer.skinned()))
 }
 
@@ -125,9 +108,6 @@ impl<'a> Source<'a> {
         let [x, y, z, sign] = tangents.map_or([0.0; 4], |elements| elements.floats(at));
         let [position, normal, tangent] =
             deformer.apply(at, [position, normal, Vec3::new(x, y, z)])?;
-        if !position.is_finite() {
-            return Err(format!("position of vertex {at} is not finite"));
-        }
         let color = self.colors.as_ref().map_or([255; 4], |elements| {
             let mut color = [0.0, 0.0, 0.0, 1.0];
             match elements.width() {
@@ -136,24 +116,17 @@ impl<'a> Source<'a> {
             }
             color.map(|channel| (channel * 255.0).round() as u8)
         });
-        let uv = [0, 1].map(|set| {
-            let uv: [f32; 2] = self.uvs[set].as_ref().map_or([0.0; 2], |e| e.floats(at));
-            uv.map(|coordinate| if coordinate.is_finite() { coordinate } else { 0.0 })
-        });
-        Ok(Vertex {
+        let uv = [0, 1]
+            .map(|set| self.uvs[set].as_ref().map_or([0.0; 2], |elements| elements.floats(at)));
+        let vertex = Vertex {
             position: position.to_array(),
-            normal: normalized(normal).to_array(),
-            tangent: tangent.extend(if sign < 0.0 { -1.0 } else { 1.0 }).to_array(),
+            normal: normal.to_array(),
+            tangent: tangent.extend(sign).to_array(),
             uv,
             color,
-        })
+        };
+        vertex.checked(at)
     }
-}
-
-/// Unit length, or zero where it has no direction.
-pub fn normalized(v: Vec3) -> Vec3 {
-    // In double precision, as the square of a short or long vector may not be a single one.
-    v.as_dvec3().normalize_or_zero().as_vec3()
 }
 
 /// Corners of a primitive's triangles as vertices of the file, all below `count`.
@@ -171,12 +144,7 @@ fn triangles(accessors: &Accessors, primitive: &Primitive, count: usize) -> Pars
             (0..count as u32).collect()
         }
     };
-    if let Some(at) = list.iter().position(|&index| index as usize >= count) {
-        return Err(format!(
-            "indices: index {} at {at} is out of range: there are {count} vertices",
-            list[at]
-        ));
-    }
+    check_indices(&list, count)?;
     let mode = if let Checked::Valid(mode) = primitive.mode { mode } else { Mode::Triangles };
     if mode != Mode::Triangles {
         accessors.charge(list.len().saturating_mul(3))?;
@@ -203,57 +171,4 @@ fn triangles(accessors: &Accessors, primitive: &Primitive, count: usize) -> Pars
 
 fn distinct(t: &[u32; 3]) -> bool {
     t[0] != t[1] && t[1] != t[2] && t[2] != t[0]
-}
-
-/// The vertices that are used, in the file's order, and `corners` renumbered to them.
-fn weld(mut corners: Vec<u32>, count: usize) -> (Vec<u32>, Vec<u32>) {
-    // Primitives may share one large buffer of which each uses a part: no table of all of it.
-    if count / 8 > corners.len() {
-        let mut from = corners.clone();
-        from.sort_unstable();
-        from.dedup();
-        for corner in &mut corners {
-            *corner = from.partition_point(|at| at < corner) as u32;
-        }
-        return (from, corners);
-    }
-    let mut number = vec![0u32; count];
-    for &corner in &corners {
-        number[corner as usize] = 1;
-    }
-    let mut from = Vec::new();
-    for (at, number) in number.iter_mut().enumerate() {
-        if *number == 1 {
-            *number = from.len() as u32;
-            from.push(at as u32);
-        }
-    }
-    for corner in &mut corners {
-        *corner = number[*corner as usize];
-    }
-    (from, corners)
-}
-
-/// Gives vertices without a normal that of their triangles, weighted by area.
-fn repair_normals(mesh: &mut Mesh) {
-    let lacks = |vertex: &Vertex| vertex.normal == [0.0; 3];
-    if !mesh.vertices.iter().any(lacks) {
-        return;
-    }
-    let mut sums = vec![DVec3::ZERO; mesh.vertices.len()];
-    for triangle in mesh.indices.chunks_exact(3) {
-        let corner = |k: usize| triangle[k] as usize;
-        let lacking = (0..3).any(|k| lacks(&mesh.vertices[corner(k)]));
-        if lacking {
-            let [a, b, c] =
-                [0, 1, 2].map(|k| Vec3::from(mesh.vertices[corner(k)].position).as_dvec3());
-            let area = (b - a).cross(c - a);
-            (0..3).for_each(|k| sums[corner(k)] += area);
-        }
-    }
-    for (vertex, sum) in mesh.vertices.iter_mut().zip(sums) {
-        if lacks(vertex) {
-            vertex.normal = sum.normalize_or(DVec3::Z).as_vec3().to_array();
-        }
-    }
 }

@@ -11,11 +11,11 @@ mod mesh;
 mod nodes;
 mod pose;
 mod punctual;
-mod tangents;
 mod texture;
 
+use super::assemble::{label, quoted, warn};
 use super::view::DesignedView;
-use super::{Instance, Material, Scene, camera};
+use super::{Parsed, Scene, camera};
 use crate::{Error, Result};
 use accessor::Accessors;
 use document::Document;
@@ -23,22 +23,13 @@ use files::{Buffer, FilePart, Resources};
 use glam::DMat4;
 use gltf::json::Root;
 use gltf::json::extras::RawValue;
-use material::{DEFAULT, Materials};
+use material::Materials;
 use nodes::Nodes;
 use pose::Pose;
 use serde_json::Value;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
-
-/// What reading a part of a file gives; the fault is put behind the file's name in [`load`].
-type Parsed<T> = std::result::Result<T, String>;
-
-/// Most drawings of meshes in a scene.
-const MAX_INSTANCES: usize = 1 << 22;
-
-/// Most warnings that are listed.
-const MAX_WARNINGS: usize = 100;
 
 /// Loads the default scene of a glTF file.
 ///
@@ -120,7 +111,6 @@ struct Loader<'a> {
     /// For each variant its meshes, and whether they stand in the world already.
     known: HashMap<Variant, Arc<[(u32, bool)]>>,
     joints: HashMap<usize, Arc<[DMat4]>>,
-    polygons: u32,
     without_triangles: usize,
     scene: Scene,
 }
@@ -139,7 +129,6 @@ impl<'a> Loader<'a> {
             materials: Materials::new(document),
             known: HashMap::new(),
             joints: HashMap::new(),
-            polygons: 0,
             without_triangles: 0,
             scene,
         }
@@ -178,23 +167,8 @@ impl<'a> Loader<'a> {
         let name = label(self.document.root.nodes[node].name.as_deref());
         for &(mesh, in_world) in meshes.iter() {
             let world = if in_world { DMat4::IDENTITY } else { self.nodes.world[node] };
-            let determinant = world.determinant();
-            if determinant == 0.0 || !determinant.is_finite() {
-                let fault = "is scaled to nothing: left out";
-                let title = node_label(&self.document.root, node);
-                warn(&mut self.scene.warnings, format!("{title} {fault}"));
-                continue;
-            }
-            if self.scene.instances.len() == MAX_INSTANCES {
-                return Err(format!("the scene draws more than {MAX_INSTANCES} meshes"));
-            }
-            let first_polygon = self.polygons + 1;
-            let triangles = self.scene.meshes[mesh as usize].triangles();
-            // The last colour code, and one beyond it, must be 32-bit numbers.
-            self.polygons = (self.polygons.checked_add(triangles))
-                .filter(|&count| count < u32::MAX - 1)
-                .ok_or("the scene draws more triangles than 32-bit numbers can tell apart")?;
-            self.scene.instances.push(Instance { name: name.clone(), mesh, world, first_polygon });
+            let title = || node_label(&self.document.root, node);
+            self.scene.place(&name, mesh, world, title)?;
         }
         Ok(())
     }
@@ -276,11 +250,7 @@ impl<'a> Loader<'a> {
             return Err("its scene has no triangles".into());
         }
         scene.materials = self.materials.list;
-        let default = scene.materials.len() as u32;
-        scene.materials.push(Material::default());
-        for mesh in scene.meshes.iter_mut().filter(|mesh| mesh.material == DEFAULT) {
-            mesh.material = default;
-        }
+        scene.add_default_material();
         Ok((scene, self.materials.textures))
     }
 }
@@ -289,29 +259,6 @@ impl<'a> Loader<'a> {
 fn klieg(extras: Option<&RawValue>) -> Option<Value> {
     let mut extras: Value = serde_json::from_str(extras?.get()).ok()?;
     extras.get_mut("klieg").filter(|value| value.is_object()).map(Value::take)
-}
-
-/// Adds a warning unless it, or more than anyone reads, has been given.
-fn warn(warnings: &mut Vec<String>, warning: String) {
-    match warnings.len() {
-        0..MAX_WARNINGS if !warnings.contains(&warning) => warnings.push(warning),
-        MAX_WARNINGS => warnings.push("further warnings are left out".into()),
-        _ => {}
-    }
-}
-
-/// A name as it is kept: short, so that a long one cannot be multiplied by its uses.
-fn label(name: Option<&str>) -> String {
-    name.unwrap_or_default().chars().take(200).collect()
-}
-
-/// A name or URI for messages: short, and without control characters.
-fn quoted(name: &str) -> String {
-    let mut short: String = name.chars().take(100).flat_map(char::escape_debug).collect();
-    if name.chars().nth(100).is_some() {
-        short.push('…');
-    }
-    format!("'{short}'")
 }
 
 /// A node for messages.

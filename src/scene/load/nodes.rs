@@ -2,7 +2,8 @@
 
 use super::document::{Document, Place};
 use super::{Parsed, node_label};
-use glam::{DMat4, DQuat, DVec3, DVec4};
+use crate::scene::assemble::affine;
+use glam::{DMat4, DQuat, DVec3};
 use gltf::json::Root;
 use gltf::json::scene::Node;
 
@@ -83,15 +84,7 @@ fn walk(root: &Root, tops: &[usize]) -> Vec<usize> {
 /// Parent from node space.
 fn local(place: &Place) -> Parsed<DMat4> {
     if let Some(matrix) = &place.matrix {
-        let mut matrix = DMat4::from_cols_array(matrix);
-        let last = matrix.row(3);
-        if !last.abs_diff_eq(DVec4::W, 1e-3) {
-            return Err("its matrix has a last row other than 0 0 0 1".into());
-        }
-        for (axis, value) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
-            matrix.col_mut(axis).w = value;
-        }
-        return Ok(matrix);
+        return affine(DMat4::from_cols_array(matrix));
     }
     let rotation = place.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
     if !(rotation.is_finite() && rotation.length() > 1e-6) {

@@ -1,13 +1,13 @@
 //! Tangents of normal-mapped meshes: MikkTSpace (Mikkelsen 2008), as glTF 2.0, 3.7.2.1 asks for.
 
-use super::mesh::normalized;
-use crate::scene::{Mesh, Vertex};
+use super::assemble::normalized;
+use super::{Mesh, Vertex};
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::Vec3;
 
 /// Computes the tangents of a mesh for texture coordinate set `uv_set`. Vertices where tangents
 /// part (mirrored or cut coordinates) are doubled.
-pub fn generate(mesh: &mut Mesh, uv_set: usize) {
+pub(super) fn generate(mesh: &mut Mesh, uv_set: usize) {
     let mut corners = Corners { mesh, uv_set, tangents: vec![[0.0; 4]; mesh.indices.len()] };
     // It has no errors yet; where it finds no tangent, `repair` gives one.
     generate_tangents(&mut corners).ok();
@@ -90,7 +90,7 @@ fn split(mesh: &mut Mesh, tangents: &[[f32; 4]]) {
 
 /// Makes tangents unit vectors and signs ±1; one without direction becomes any that is
 /// perpendicular to the normal.
-pub fn repair(vertices: &mut [Vertex]) {
+pub(super) fn repair(vertices: &mut [Vertex]) {
     for vertex in vertices {
         let [x, y, z, sign] = vertex.tangent;
         let mut tangent = normalized(Vec3::new(x, y, z));
