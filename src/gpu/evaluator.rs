@@ -42,7 +42,8 @@ pub enum ScoreTarget {
 /// Measures populations on a Vulkan device: N chromosomes go up, N numbers come back.
 ///
 /// The first generation makes the memory and the pipelines that it needs; a later one makes none,
-/// unless it has more individuals or lights than any before, or another number of lights a rig.
+/// unless it has more individuals or lights than any before, or another number of lights a rig. The
+/// pipelines are the context's: an evaluator that follows on the same context finds them made.
 pub struct GpuEvaluator {
     generation: Option<GenerationMemory>,
     recorded: Option<(u32, usize)>,
