@@ -65,17 +65,24 @@ fn check(row: &Value) {
 #[test]
 fn there_is_a_row_for_each_combination() {
     let place = Folder::new();
-    let sweep = ["--size", "16x16,24x16", "--lights", "1,3", "--population", "4,5"];
+    let sweep = [
+        ["--size", "16x16,24x16"],
+        ["--lights", "1,3"],
+        ["--population", "4,5"],
+        ["--rigs", "uniform,skewed"],
+    ];
+    let sweep = sweep.as_flattened();
     let bench = bench(&place, &[&["ball.gltf"][..], &sweep].concat());
     assert_eq!(bench["schema"], "klieg.bench/2");
     let rows = bench["rows"].as_array().unwrap();
     rows.iter().for_each(check);
-    let key =
-        |row: &Value| ["size", "lights", "population"].map(|key| row[key].to_string()).join(" ");
+    let key = |row: &Value| {
+        ["size", "lights", "population", "rigs"].map(|key| row[key].to_string()).join(" ")
+    };
     let mut keys: Vec<_> = rows.iter().map(key).collect();
     keys.sort();
     keys.dedup();
-    assert_eq!((rows.len(), keys.len()), (8, 8));
+    assert_eq!((rows.len(), keys.len()), (16, 16));
 }
 
 #[test]

@@ -14,18 +14,19 @@ use super::session::{self, SIZE, milliseconds};
 use super::values::{Device, Lights, Size};
 use crate::Error;
 use crate::lighting::genome::{Genome, Range};
-use crate::lighting::{Population, check_number};
+use crate::lighting::{Population, Rig, check_number};
 use crate::optimize::MAX_POPULATION;
 use crate::report::{Staging, json};
 use crate::scene::Scene;
 use anyhow::Result;
 use clap::Args;
 use machine::{Baseline, Machine, Method};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use record::{Bench, Row, SceneRecord, Setup, Work};
+use record::{Bench, Rigs, Row, SceneRecord, Setup, Work};
 use relief::Triangles;
 use sample::Plan;
+use std::f32::consts::FRAC_PI_2;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -61,6 +62,9 @@ pub(super) struct Options {
     /// Numbers of individuals
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_values_t = [30])]
     population: Vec<usize>,
+    /// Rigs of lights
+    #[arg(long, value_name = "RIGS,…", value_delimiter = ',', default_values_t = [Rigs::Uniform])]
+    rigs: Vec<Rigs>,
     /// Devices [default: cpu and, where there is one, vulkan]
     #[arg(long, value_name = "DEVICE,…", value_delimiter = ',')]
     device: Vec<Device>,
@@ -200,8 +204,10 @@ impl Options {
         let mut rows = Vec::new();
         for &lights in &self.lights {
             for &population in &self.population {
-                let work = Work { lights, population };
-                rows.push(self.row(settings, setup.clone(), work, &mut machine)?);
+                for &rigs in &self.rigs {
+                    let work = Work { lights, population, rigs };
+                    rows.push(self.row(settings, setup.clone(), work, &mut machine)?);
+                }
             }
         }
         Ok(rows)
@@ -219,7 +225,7 @@ impl Options {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let mut scores = vec![0.0; work.population];
         let mut generation = |machine: &mut Machine| {
-            let rigs = random(&genome, work.population, &mut rng)?;
+            let rigs = random(&genome, &work, &mut rng)?;
             let start = Instant::now();
             machine.evaluate(&rigs, &mut scores)?;
             Ok(milliseconds(start))
@@ -238,12 +244,61 @@ impl Options {
     }
 }
 
-/// A population of uniform rigs.
-fn random(genome: &Genome, size: usize, rng: &mut ChaCha8Rng) -> Result<Population, Error> {
+/// Diffuse intensity of a glaring light.
+const GLARE: f32 = 100.0;
+
+/// A population of random rigs.
+fn random(genome: &Genome, work: &Work, rng: &mut ChaCha8Rng) -> Result<Population, Error> {
     let mut population = Population::new(genome.lights())?;
-    for _ in 0..size {
-        let chromosome: Vec<f32> = genome.bounds().iter().map(|r: &Range| r.uniform(rng)).collect();
-        population.push(&genome.decode(&chromosome))?;
+    for _ in 0..work.population {
+        population.push(&rig(genome, work.rigs, rng))?;
     }
     Ok(population)
+}
+
+fn rig(genome: &Genome, rigs: Rigs, rng: &mut ChaCha8Rng) -> Rig {
+    let chromosome: Vec<f32> = genome.bounds().iter().map(|r: &Range| r.uniform(rng)).collect();
+    let mut rig = genome.decode(&chromosome);
+    if rigs == Rigs::Skewed {
+        let side = if rng.random() { FRAC_PI_2 } else { -FRAC_PI_2 };
+        for light in &mut rig {
+            (light.elevation, light.azimuth) = (0.0, side);
+            (light.diffuse, light.specular) = (GLARE, 0.0);
+        }
+    }
+    rig
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::{self, CpuEvaluator};
+    use crate::evaluate::Evaluator;
+    use crate::lighting::genome::Boxes;
+    use crate::lighting::shading::Shading;
+    use crate::objective::{HISTOGRAM_BINS, Objective};
+    use crate::scene::view::View;
+
+    #[test]
+    fn skewed_pictures_are_half_dark_and_half_clipped() {
+        let scene = relief::scene("5k".parse().unwrap(), false);
+        let view = View::new(&scene, scene.cameras[0].clone(), 64, 64).unwrap();
+        let objective = Objective::default();
+        let maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
+        let objects = maps.counts.object() as f32;
+        let mut evaluator = CpuEvaluator::new(maps, &view, objective, Shading::default());
+        let roles = Lights::number(2).unwrap().0;
+        let genome = Genome::new(&roles, Kind::Point.into(), &Boxes::default()).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut halves = |rigs| {
+            let seen = evaluator.inspect(&rig(&genome, rigs, &mut rng)).unwrap();
+            let bins = seen.statistics.histogram;
+            let dark: u32 = bins[..HISTOGRAM_BINS / 4].iter().sum();
+            [dark, bins[HISTOGRAM_BINS - 1]].map(|count| count as f32 / objects)
+        };
+        for _ in 0..4 {
+            assert!(halves(Rigs::Skewed).into_iter().all(|half| half > 0.4));
+            assert!(!halves(Rigs::Uniform).into_iter().all(|half| half > 0.4));
+        }
+    }
 }

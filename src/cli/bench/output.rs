@@ -65,6 +65,7 @@ fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
         "object_pixels",
         "lights",
         "population",
+        "rigs",
         "maps_ms",
         "first_ms",
         "runs",
@@ -96,6 +97,7 @@ fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
             setup.object_pixels.to_string(),
             work.lights.to_string(),
             work.population.to_string(),
+            work.rigs.to_string(),
             setup.maps_ms.to_string(),
             row.first_ms.to_string(),
             row.runs.to_string(),
@@ -139,7 +141,10 @@ fn plot_sweep(rows: &[Row], at: usize) -> Option<Result<String, String>> {
     let first = rows.first()?;
     let sweep = &SWEEPS[at];
     let others = || SWEEPS.iter().enumerate().filter(|(other, _)| *other != at);
-    let same = |row: &&Row| others().all(|(_, other)| (other.value)(row) == (other.value)(first));
+    let same = |row: &&Row| {
+        row.work.rigs == first.work.rigs
+            && others().all(|(_, other)| (other.value)(row) == (other.value)(first))
+    };
     let rows: Vec<_> = rows.iter().filter(same).collect();
     if rows.iter().all(|row| (sweep.value)(row) == (sweep.value)(first)) {
         return None;
@@ -162,7 +167,10 @@ fn plot_sweep(rows: &[Row], at: usize) -> Option<Result<String, String>> {
 /// is one way alone.
 fn plot_methods(rows: &[Row]) -> Option<Result<String, String>> {
     let first = rows.first()?;
-    let same = |row: &&Row| SWEEPS.iter().all(|sweep| (sweep.value)(row) == (sweep.value)(first));
+    let same = |row: &&Row| {
+        row.work.rigs == first.work.rigs
+            && SWEEPS.iter().all(|sweep| (sweep.value)(row) == (sweep.value)(first))
+    };
     let names = names(rows);
     let times = |name: &String| -> Vec<f32> {
         let own = rows.iter().filter(same).filter(|row| row.setup.name() == *name);
@@ -213,15 +221,16 @@ fn describe(row: &Row) -> String {
     let (setup, work) = (&row.setup, &row.work);
     let (triangles, size) = (setup.triangles, Size(setup.size));
     format!(
-        "{}, {triangles} triangles, {size}, lights {}, N {}",
+        "{}, {triangles} triangles, {size}, lights {}, N {}, {} rigs",
         setup.name(),
         work.lights,
-        work.population
+        work.population,
+        work.rigs
     )
 }
 
 fn times(rows: &[Row]) -> comfy_table::Table {
-    let names = ["method", "triangles", "size", "lights", "N"];
+    let names = ["method", "triangles", "size", "lights", "N", "rigs"];
     let more = [
         "runs",
         "median ms",
@@ -244,6 +253,7 @@ fn times(rows: &[Row]) -> comfy_table::Table {
             Size(row.setup.size).to_string(),
             row.work.lights.to_string(),
             row.work.population.to_string(),
+            row.work.rigs.to_string(),
             row.runs.to_string(),
             format!("{:.3}", row.median_ms),
             known(row.spread().map(|spread| 100.0 * spread), 1),
@@ -260,7 +270,7 @@ fn times(rows: &[Row]) -> comfy_table::Table {
 
 /// One-off costs and memory.
 fn costs(rows: &[Row]) -> comfy_table::Table {
-    let names = ["method", "triangles", "size", "lights", "N"];
+    let names = ["method", "triangles", "size", "lights", "N", "rigs"];
     let more = ["object pixels", "maps ms", "first ms", "host MiB", "device MiB"];
     let mut table = print::columns(&names, &more);
     let mebibytes = |bytes: Option<u64>| bytes.map_or("–".into(), |b| (b >> 20).to_string());
@@ -271,6 +281,7 @@ fn costs(rows: &[Row]) -> comfy_table::Table {
             Size(row.setup.size).to_string(),
             row.work.lights.to_string(),
             row.work.population.to_string(),
+            row.work.rigs.to_string(),
             row.setup.object_pixels.to_string(),
             format!("{:.0}", row.setup.maps_ms),
             format!("{:.1}", row.first_ms),

@@ -5,8 +5,10 @@ use super::sample::{self, Plan, Sample};
 use crate::evaluate::DeviceInfo;
 use crate::lighting::LightKind;
 use crate::scene::Scene;
+use clap::ValueEnum;
 use serde::Serialize;
 use serde_json::{Map, Value};
+use std::fmt;
 
 /// `klieg.bench/2`; times in milliseconds, memory in bytes.
 #[derive(Serialize)]
@@ -112,6 +114,26 @@ impl Setup {
 pub struct Work {
     pub lights: usize,
     pub population: usize,
+    pub rigs: Rigs,
+}
+
+/// Which rigs are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Rigs {
+    /// Uniform in their boxes
+    Uniform,
+    /// All lights glare from one side: one half of each picture is dark, the other clipped
+    Skewed,
+}
+
+impl fmt::Display for Rigs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Uniform => "uniform",
+            Self::Skewed => "skewed",
+        })
+    }
 }
 
 /// Operations for an object pixel of an individual with so many point lights, plain ones and special
