@@ -26,3 +26,5 @@ pub mod cli;
 pub mod report;
 
 pub use error::{Error, Result};
+// In the versions that the library's interface speaks.
+pub use {ash, glam};
