@@ -6,38 +6,23 @@ use super::commands::Commands;
 use super::drawable::Drawable;
 use super::drawn::{self, Drawn};
 use super::forward::ForwardDraw;
-use super::generation::{Fitness, GenerationMemory, Measure};
+use super::generation::{Fitness, GenerationMemory, Measure, ScoreTarget};
 use super::layered::Layered;
 use super::layout::Detail;
 use super::population::StoredDraw;
 use super::runs::Runs;
-use super::staging;
 use super::tiles::Tiles;
 use super::view::ViewMemory;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, Population, check_number};
 use crate::objective::maps::Maps;
-use crate::objective::{Objective, Quality, Statistics};
+use crate::objective::{Objective, Quality};
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
-
-/// Where a recorded evaluation leaves its scores.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ScoreTarget {
-    /// In klieg's mapped memory, for [`GpuEvaluator::read_scores`].
-    Mapped,
-    /// In a buffer of the engine, an `f32` for each individual in order.
-    Buffer {
-        /// The buffer.
-        buffer: vk::Buffer,
-        /// Where the first score goes, bytes from its front.
-        offset: u64,
-    },
-}
 
 /// Measures populations on a Vulkan device: N chromosomes go up, N numbers come back.
 ///
@@ -226,13 +211,8 @@ impl GpuEvaluator {
         context.update(cmd, &generation.lights, records);
         let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
         generation.record(cmd, context, stages, (individuals as u32, lights), false);
-        if let ScoreTarget::Buffer { buffer, offset } = target {
-            let region =
-                [vk::BufferCopy::default().dst_offset(offset).size(4 * individuals as u64)];
-            let from = generation.scores.raw();
-            // SAFETY: the caller's promises for `cmd` and the buffer.
-            unsafe { context.device().cmd_copy_buffer(cmd, from, buffer, &region) };
-        }
+        // SAFETY: the caller's promises for the buffer.
+        unsafe { generation.deliver(cmd, context, individuals as u32, target) };
         Ok(())
     }
 
@@ -241,15 +221,7 @@ impl GpuEvaluator {
     /// # Errors
     /// [`Error::Argument`] for more scores than there is room for.
     pub fn read_scores(&self, scores: &mut [f32]) -> Result<()> {
-        let generation = self.generation.as_ref();
-        match generation.filter(|g| g.scores.size() >= size_of_val(scores) as u64) {
-            Some(generation) => generation.scores.read(scores),
-            None => {
-                let fault = format!("no room was made for {} scores", scores.len());
-                return Err(Error::Argument(fault));
-            }
-        }
-        Ok(())
+        GenerationMemory::read_scores(self.generation.as_ref(), scores)
     }
 
     /// Makes memory and pipelines, unless they are there.
@@ -257,22 +229,12 @@ impl GpuEvaluator {
         self.context.check_present()?;
         let records = individuals as usize * lights;
         self.measure.prepare(&self.view, lights)?;
-        if !self.generation.as_ref().is_some_and(|g| g.holds(individuals, records)) {
-            let (held, held_records) =
-                self.generation.as_ref().map_or((0, 0), GenerationMemory::capacity);
-            let capacity = (individuals.max(held), records.max(held_records));
-            // The old memory goes first, so that the two need not fit together.
+        let stages: (_, &mut dyn Measure) = (&mut self.view, &mut *self.measure);
+        let (generation, wanted) = (&mut self.generation, (individuals, records));
+        if GenerationMemory::grow(generation, &self.context, stages, wanted)? {
             self.recorded = None;
-            self.generation = None;
-            let (view, measure) = (&mut self.view, &mut *self.measure);
-            self.generation = Some(GenerationMemory::new(&self.context, view, measure, capacity)?);
         }
         Ok(())
-    }
-
-    /// Terms and statistics of the first individuals of the last generation.
-    fn read_details(&self, generation: &GenerationMemory, count: usize) -> Result<Vec<Detail>> {
-        staging::read_buffer(&self.context, &generation.details, count)
     }
 }
 
@@ -302,12 +264,10 @@ fn measure(
     context.check_needs(!layers || context.needs().layers, "pictures drawn in layers")?;
     let measure: Box<dyn Measure + Send> = match (pipeline, views) {
         (PipelineKind::Layered, _) => {
-            let draw = Box::new(StoredDraw::new(context)?);
-            Box::new(Layered::new(context, view, draw)?)
+            Box::new(Layered::new(context, view, StoredDraw::new(context)?)?)
         }
         (PipelineKind::Forward, Views::One(Some(scene))) => {
-            let draw = Box::new(ForwardDraw::new(context, scene)?);
-            Box::new(Layered::new(context, view, draw)?)
+            Box::new(Layered::new(context, view, ForwardDraw::new(context, scene)?)?)
         }
         (PipelineKind::Forward, _) => {
             return Err(Error::Argument("pipeline forward draws a scene, not maps".into()));
@@ -376,7 +336,7 @@ impl Evaluator for GpuEvaluator {
         let mut scores = vec![0.0; population.len()];
         self.evaluate(population, &mut scores)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
-        let details = self.read_details(generation, scores.len())?;
+        let details = generation.read_details(&self.context, scores.len())?;
         let quality = |(score, detail): (f32, Detail)| Quality { score, terms: detail.terms() };
         Ok(scores.into_iter().zip(details).map(quality).collect())
     }
@@ -385,20 +345,9 @@ impl Evaluator for GpuEvaluator {
         let mut score = [0.0];
         self.evaluate(&Population::of([rig])?, &mut score)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
-        let detail = self.read_details(generation, 1)?[0];
+        let detail = generation.read_details(&self.context, 1)?[0];
         let picture = self.measure.first_picture(&self.view)?;
-        Ok(Inspection {
-            score: score[0],
-            terms: detail.terms(),
-            statistics: Statistics {
-                edge_contrast: detail.picture_edge_contrast,
-                mean: detail.picture_mean,
-                variance: detail.picture_variance,
-                gradient: detail.picture_gradient,
-                histogram: detail.histogram,
-            },
-            picture,
-        })
+        Ok(detail.inspection(score[0], picture))
     }
 
     fn maps(&mut self) -> Result<&Maps> {

@@ -8,7 +8,7 @@ use super::graphics::{DEPTH, Framebuffer, GraphicsPipeline, RenderPass, attachme
 use super::layout::Chunk;
 use super::memory::{Buffer, Image, ImageDesc};
 use super::pipeline::{ByLights, DescriptorSet, PipelineLayout};
-use super::population::{self, Draw, FORMAT};
+use super::population::{self, FORMAT, PictureStage};
 use super::view::ViewMemory;
 use super::{Context, geometry, shaders};
 use crate::Result;
@@ -71,7 +71,7 @@ impl ForwardDraw {
     }
 }
 
-impl Draw for ForwardDraw {
+impl PictureStage for ForwardDraw {
     fn stem(&self) -> &'static str {
         "forward"
     }
@@ -80,9 +80,14 @@ impl Draw for ForwardDraw {
         8
     }
 
+    fn written(&self) -> vk::ImageUsageFlags {
+        vk::ImageUsageFlags::COLOR_ATTACHMENT
+    }
+
     fn most_pictures(&self) -> u32 {
         // A draw's instances are counted in 32 bits.
-        u32::MAX / self.scene.most_instances().max(1)
+        let most = u32::MAX / self.scene.most_instances().max(1);
+        most.min(self.context.report().max_layers)
     }
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
@@ -104,7 +109,7 @@ impl Draw for ForwardDraw {
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, lights: &Buffer) -> Result<()> {
         // The old pictures go first, so that the two need not fit together.
         self.target = None;
-        let pictures = population::pictures(&self.context, [width, height], count)?;
+        let pictures = population::pictures(&self.context, [width, height], count, self.written())?;
         let depth = ImageDesc {
             name: "forward depth",
             format: DEPTH,

@@ -7,7 +7,7 @@ use super::memory::{Access, Buffer};
 use super::pipeline::Pipeline;
 use super::runs::LIGHT_MARGIN;
 use super::view::ViewMemory;
-use super::{Context, shaders};
+use super::{Context, shaders, staging};
 use crate::lighting::LightRecord;
 use crate::objective::HISTOGRAM_BINS;
 use crate::{Error, Result};
@@ -18,6 +18,20 @@ use std::sync::Arc;
 const FITNESS_GROUP: u32 = 128;
 /// Stages of a chunk, at most.
 const STAGES: u32 = 5;
+
+/// Where a recorded evaluation leaves its scores.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScoreTarget {
+    /// In klieg's mapped memory, for `read_scores` of the evaluator.
+    Mapped,
+    /// In a buffer of the engine, an `f32` for each individual in order.
+    Buffer {
+        /// The buffer.
+        buffer: vk::Buffer,
+        /// Where the first score goes, bytes from its front.
+        offset: u64,
+    },
+}
 
 /// Makes and measures the pictures of a chunk: what differs between the pipelines.
 pub trait Measure {
@@ -97,7 +111,7 @@ pub struct GenerationMemory {
     /// `F` of all individuals; the host reads.
     pub scores: Buffer,
     /// [`Detail`] of all individuals.
-    pub details: Buffer,
+    details: Buffer,
     /// Times of the last run.
     pub timer: StageTimer,
     /// Labels the stages of an engine's recordings.
@@ -172,14 +186,31 @@ impl GenerationMemory {
         Ok(memory)
     }
 
+    /// Makes memory for `wanted` individuals and lights in all, and for what was `held` before, unless
+    /// that has enough; whether it did.
+    ///
+    /// # Errors
+    /// As [`GenerationMemory::new`].
+    pub fn grow(
+        held: &mut Option<Self>,
+        context: &Arc<Context>,
+        (view, measure): (&mut ViewMemory, &mut dyn Measure),
+        (individuals, records): (u32, usize),
+    ) -> Result<bool> {
+        if held.as_ref().is_some_and(|g| g.holds(individuals, records)) {
+            return Ok(false);
+        }
+        let (old, old_records) = held.as_ref().map_or((0, 0), |g| (g.individuals, g.records));
+        // The old memory goes first, so that the two need not fit together.
+        *held = None;
+        let capacity = (individuals.max(old).max(1), records.max(old_records));
+        *held = Some(Self::new(context, view, measure, capacity)?);
+        Ok(true)
+    }
+
     /// Whether it holds so many individuals and lights.
     pub fn holds(&self, individuals: u32, records: usize) -> bool {
         individuals <= self.individuals && records <= self.records
-    }
-
-    /// What a larger memory should hold so that it need not grow back and forth.
-    pub fn capacity(&self) -> (u32, usize) {
-        (self.individuals, self.records)
     }
 
     /// Records a generation of `individuals` rigs of `lights` lights, which klieg submits itself and
@@ -209,6 +240,48 @@ impl GenerationMemory {
             });
         }
         context.barrier(cmd, COMPUTE_WRITE, (HOST_READ.0 | COPY_READ.0, HOST_READ.1 | COPY_READ.1));
+    }
+
+    /// Records the way of `count` scores to where an engine wants them.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded on the context's device; a buffer has room for them and may be the
+    /// target of copies.
+    pub unsafe fn deliver(
+        &self,
+        cmd: vk::CommandBuffer,
+        context: &Context,
+        count: u32,
+        target: ScoreTarget,
+    ) {
+        if let ScoreTarget::Buffer { buffer, offset } = target {
+            let region = [vk::BufferCopy::default().dst_offset(offset).size(4 * u64::from(count))];
+            // SAFETY: the caller's promises for `cmd` and the buffer.
+            unsafe { context.device().cmd_copy_buffer(cmd, self.scores.raw(), buffer, &region) };
+        }
+    }
+
+    /// Reads the scores of the generation that has run, of as many individuals as there are places.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for more than there is room for in `held`.
+    pub fn read_scores(held: Option<&Self>, scores: &mut [f32]) -> Result<()> {
+        match held.filter(|g| g.scores.size() >= size_of_val(scores) as u64) {
+            Some(generation) => generation.scores.read(scores),
+            None => {
+                let fault = format!("no room was made for {} scores", scores.len());
+                return Err(Error::Argument(fault));
+            }
+        }
+        Ok(())
+    }
+
+    /// Terms and statistics of the first `count` individuals of the generation that has run.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn read_details(&self, context: &Arc<Context>, count: usize) -> Result<Vec<Detail>> {
+        staging::read_buffer(context, &self.details, count)
     }
 }
 

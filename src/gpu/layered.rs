@@ -1,12 +1,12 @@
-//! The pipelines `layered` and `forward`: a draw makes the pictures, `histogram`, `moments` and
-//! `gradient` reduce them.
+//! The pipelines `layered` and `forward`, and the measuring of an engine's own pictures: a stage makes
+//! the pictures, `histogram`, `moments` and `gradient` reduce them.
 
 use super::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
 use super::generation::Measure;
 use super::layout::{Chunk, binding};
 use super::memory::{Access, Buffer};
 use super::pipeline::Pipeline;
-use super::population::{self, Draw};
+use super::population::{self, PictureStage};
 use super::view::ViewMemory;
 use super::{Context, shaders};
 use crate::Result;
@@ -21,22 +21,19 @@ const HISTOGRAM_ROWS: u32 = 128;
 /// Rows of a strip of `moments` and `gradient`.
 const ROWS: u32 = 32;
 
-/// The draw, its pictures and their reductions.
-pub struct Layered {
-    draw: Box<dyn Draw + Send>,
+/// The stage that makes the pictures, and their reductions.
+pub struct Layered<S> {
+    /// Makes the pictures.
+    pub stage: S,
     reductions: [(&'static str, Pipeline, [u32; 2]); 3],
     size: [u32; 2],
     context: Arc<Context>,
 }
 
-impl Layered {
+impl<S: PictureStage> Layered<S> {
     /// # Errors
     /// What the device reports.
-    pub fn new(
-        context: &Arc<Context>,
-        view: &ViewMemory,
-        draw: Box<dyn Draw + Send>,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, view: &ViewMemory, stage: S) -> Result<Self> {
         let reduction = |stem, spirv, rows, constants: &[u32]| {
             let pipeline = Pipeline::compute(context, stem, spirv, &view.layout, constants)?;
             let [width, height] = view.size;
@@ -45,7 +42,7 @@ impl Layered {
         let bins = [COLUMNS, HISTOGRAM_ROWS, HISTOGRAM_BINS as u32];
         let sums = [COLUMNS, ROWS];
         Ok(Self {
-            draw,
+            stage,
             reductions: [
                 reduction("histogram", shaders::HISTOGRAM_COMP, HISTOGRAM_ROWS, &bins)?,
                 reduction("moments", shaders::MOMENTS_COMP, ROWS, &sums)?,
@@ -57,34 +54,33 @@ impl Layered {
     }
 }
 
-impl Measure for Layered {
+impl<S: PictureStage> Measure for Layered<S> {
     fn entries(&self) -> [u32; 2] {
         [HISTOGRAM_ROWS, ROWS].map(|rows| self.size[0] * self.size[1].div_ceil(rows))
     }
 
     /// What layers, image size and memory allow.
     fn largest_chunk(&self) -> Result<u32> {
-        let image = self.context.image_limits(population::FORMAT, population::USAGE)?;
+        let image = population::limits(&self.context, self.stage.written())?;
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         let memory = self.context.picture_memory().min(image.max_resource_size);
         let groups = self.context.limits().max_compute_work_group_count[2];
-        let layers = self.context.report().max_layers.min(image.max_array_layers).min(groups);
-        let most = layers.min(self.draw.most_pictures());
-        Ok(u64::from(most).min((memory / (self.draw.pixel_bytes() * pixels)).max(1)) as u32)
+        let most = self.stage.most_pictures().min(image.max_array_layers).min(groups);
+        Ok(u64::from(most).min((memory / (self.stage.pixel_bytes() * pixels)).max(1)) as u32)
     }
 
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
-        self.draw.prepare(view, lights)
+        self.stage.prepare(view, lights)
     }
 
     fn prepared(&self, lights: usize) -> bool {
-        self.draw.prepared(lights)
+        self.stage.prepared(lights)
     }
 
     fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
-        self.draw.allocate(self.size, chunk, lights)?;
+        self.stage.allocate(self.size, chunk, lights)?;
         let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-        view.set.write_image(binding::PICTURES, self.draw.pictures(), layout);
+        view.set.write_image(binding::PICTURES, self.stage.pictures(), layout);
         Ok(())
     }
 
@@ -98,8 +94,8 @@ impl Measure for Layered {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        timer.stage(cmd, self.draw.stem(), || {
-            self.draw.record(cmd, view, (chunk, count), lights);
+        timer.stage(cmd, self.stage.stem(), || {
+            self.stage.record(cmd, view, (chunk, count), lights);
         });
         for (stem, pipeline, [x, y]) in &self.reductions {
             timer.stage(cmd, stem, || view.dispatch(cmd, pipeline, [*x, *y, count], chunk));
@@ -112,8 +108,8 @@ impl Measure for Layered {
         let size = 4 * pixels as u64;
         let out = Buffer::new(&self.context, "picture", size, usage, Access::Readback)?;
         Commands::once(&self.context, |cmd| {
-            let image = self.draw.pictures();
-            // The draw leaves the pictures to shaders.
+            let image = self.stage.pictures();
+            // The stage leaves the pictures to shaders.
             let shader = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
             let copy = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
             self.context.transition(cmd, image, (shader, copy), COPY_READ, COPY_READ);

@@ -3,8 +3,9 @@
 //! two by reflection.
 
 use super::pipeline::Binding;
+use crate::evaluate::Inspection;
 use crate::lighting::shading::Shading;
-use crate::objective::{HISTOGRAM_BINS, Objective, Terms};
+use crate::objective::{HISTOGRAM_BINS, Objective, Statistics, Terms};
 use crate::scene::view::View;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -220,6 +221,18 @@ impl Detail {
     pub fn terms(&self) -> Terms {
         let Self { edge, mean, grad, var, hist, .. } = *self;
         Terms { edge, mean, grad, var, hist }
+    }
+
+    /// With the score that the terms make, and the picture.
+    pub fn inspection(&self, score: f32, picture: Vec<f32>) -> Inspection {
+        let statistics = Statistics {
+            edge_contrast: self.picture_edge_contrast,
+            mean: self.picture_mean,
+            variance: self.picture_variance,
+            gradient: self.picture_gradient,
+            histogram: self.histogram,
+        };
+        Inspection { score, terms: self.terms(), statistics, picture }
     }
 }
 

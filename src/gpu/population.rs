@@ -1,4 +1,4 @@
-//! Draws that make a population's pictures, and the stage `population`: one instanced draw of N
+//! Stages that make a population's pictures, and the stage `population`: one instanced draw of N
 //! layers, each layer the stored surface under the lights of its own individual.
 
 use super::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
@@ -14,27 +14,27 @@ use std::sync::Arc;
 
 /// Format of the pictures: sRGB-encoded luminance, negative in the background.
 pub const FORMAT: vk::Format = vk::Format::R32_SFLOAT;
-/// What is done with the pictures.
-pub const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
-    vk::ImageUsageFlags::COLOR_ATTACHMENT.as_raw()
-        | vk::ImageUsageFlags::SAMPLED.as_raw()
-        | vk::ImageUsageFlags::TRANSFER_SRC.as_raw(),
+/// What is done with the pictures once they are made.
+const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
+    vk::ImageUsageFlags::SAMPLED.as_raw() | vk::ImageUsageFlags::TRANSFER_SRC.as_raw(),
 );
 
-/// Makes the pictures of a chunk with a draw.
-pub trait Draw {
+/// Makes the pictures of a chunk.
+pub trait PictureStage {
     /// The stage's stem.
     fn stem(&self) -> &'static str;
 
     /// Bytes that each pixel of each picture takes.
     fn pixel_bytes(&self) -> u64;
 
-    /// Most pictures of one draw, whatever the memory.
-    fn most_pictures(&self) -> u32 {
-        u32::MAX
-    }
+    /// How the stage writes the pictures.
+    fn written(&self) -> vk::ImageUsageFlags;
 
-    /// Makes what rigs of `lights` lights need, unless it is there.
+    /// Most pictures that it makes at once, whatever the memory.
+    fn most_pictures(&self) -> u32;
+
+    /// Makes what rigs of `lights` lights need, unless it is there. Pictures that come without their
+    /// lights have rigs of none.
     ///
     /// # Errors
     /// What the device reports.
@@ -49,10 +49,11 @@ pub trait Draw {
     /// What the device reports.
     fn allocate(&mut self, size: [u32; 2], count: u32, lights: &Buffer) -> Result<()>;
 
-    /// One layer for each picture; `SHADER_READ_ONLY_OPTIMAL` after the draw.
+    /// One layer for each picture; `SHADER_READ_ONLY_OPTIMAL` after the stage.
     fn pictures(&self) -> &Image;
 
-    /// Records the draw of `count` individuals of a chunk.
+    /// Records the making of the pictures of `count` individuals of a chunk; compute shaders and
+    /// copies see them then.
     fn record(
         &self,
         cmd: vk::CommandBuffer,
@@ -90,13 +91,21 @@ impl StoredDraw {
     }
 }
 
-impl Draw for StoredDraw {
+impl PictureStage for StoredDraw {
     fn stem(&self) -> &'static str {
         "population"
     }
 
     fn pixel_bytes(&self) -> u64 {
         4
+    }
+
+    fn written(&self) -> vk::ImageUsageFlags {
+        vk::ImageUsageFlags::COLOR_ATTACHMENT
+    }
+
+    fn most_pictures(&self) -> u32 {
+        self.context.report().max_layers
     }
 
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
@@ -118,7 +127,7 @@ impl Draw for StoredDraw {
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, _lights: &Buffer) -> Result<()> {
         // The old pictures go first, so that the two need not fit together.
         self.pictures = None;
-        let image = pictures(&self.context, [width, height], count)?;
+        let image = pictures(&self.context, [width, height], count, self.written())?;
         let framebuffer = Framebuffer::new(&self.context, self.pass, &[&image], count)?;
         self.pictures = Some(Pictures { framebuffer, image });
         Ok(())
@@ -149,13 +158,29 @@ impl Draw for StoredDraw {
     }
 }
 
-/// An image of `count` pictures.
+/// Layers and bytes that an image of pictures can have at most, `written` in this way.
 ///
 /// # Errors
 /// What the device reports.
-pub fn pictures(context: &Arc<Context>, [width, height]: [u32; 2], count: u32) -> Result<Image> {
+pub fn limits(
+    context: &Context,
+    written: vk::ImageUsageFlags,
+) -> Result<vk::ImageFormatProperties> {
+    context.image_limits(FORMAT, USAGE | written)
+}
+
+/// An image of `count` pictures, `written` in this way.
+///
+/// # Errors
+/// What the device reports.
+pub fn pictures(
+    context: &Arc<Context>,
+    [width, height]: [u32; 2],
+    count: u32,
+    written: vk::ImageUsageFlags,
+) -> Result<Image> {
     let layers = Some(count);
-    let (name, format, usage) = ("pictures", FORMAT, USAGE);
+    let (name, format, usage) = ("pictures", FORMAT, USAGE | written);
     Image::new(context, &ImageDesc { name, format, width, height, layers, mips: 1, usage })
 }
 

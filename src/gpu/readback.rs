@@ -7,7 +7,7 @@ use super::drawn;
 use super::forward::ForwardDraw;
 use super::layout::Chunk;
 use super::memory::{Access, Buffer};
-use super::population::Draw;
+use super::population::PictureStage;
 use super::view::ViewMemory;
 use crate::cpu::fitness;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
