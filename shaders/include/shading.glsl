@@ -13,6 +13,11 @@ float srgb_encode(float linear) {
     return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
 }
 
+// The linear value of an sRGB encoding (IEC 61966-2-1).
+float srgb_decode(float encoded) {
+    return encoded <= 0.04045 ? encoded / 12.92 : pow((encoded + 0.055) / 1.055, 2.4);
+}
+
 // How strongly a light acts on the diffuse and on the specular reflectance at p, as
 // light_response of the twin. place: xyz position or direction, w its radius2; strength: diffuse
 // and specular; n unit normal, v unit vector to the viewer.

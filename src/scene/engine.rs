@@ -1,4 +1,4 @@
-//! What an engine says of the picture that it has drawn: its camera, and how its images are to be read.
+//! What an engine says of what it has drawn: its camera, and how its images are to be read.
 
 use super::view::{Camera, Frame, Projection, RADII, View, check_size};
 use crate::error::within;
@@ -191,6 +191,39 @@ impl SurfaceFormat {
             .into_iter()
             .try_for_each(|c| within("the surface's base color", c, 0.0, f32::MAX))
     }
+}
+
+/// How the colours of an engine's pictures are encoded.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum PictureEncoding {
+    /// Linear radiance, of which 1 is the brightest that is shown: what float images hold, and what images
+    /// of an sRGB format give.
+    #[default]
+    Linear,
+    /// sRGB-encoded: what 8-bit images of a plain format hold.
+    Encoded,
+}
+
+/// Which components of an engine's pictures count.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum PictureChannels {
+    /// Red, green and blue, with Rec. 709 primaries.
+    #[default]
+    Rgb,
+    /// The first alone, a luminance.
+    Red,
+}
+
+/// How an engine's pictures are to be read: linear colours unless said otherwise.
+///
+/// klieg judges them as its own, by the sRGB-encoded luminance of each pixel, 0..=1. What is below 0 or
+/// not a number counts as 0.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PictureFormat {
+    /// What a texel fetch gives.
+    pub encoding: PictureEncoding,
+    /// What of it counts.
+    pub channels: PictureChannels,
 }
 
 /// The unit vector of an octahedral code, components −1..1.
