@@ -287,6 +287,8 @@ pub struct Texture<'a> {
     engine: &'a Engine,
     raw: vk::Image,
     memory: vk::DeviceMemory,
+    range: vk::ImageSubresourceRange,
+    extent: vk::Extent3D,
     pub view: vk::ImageView,
 }
 
@@ -302,13 +304,13 @@ impl<'a> Texture<'a> {
         let device = &engine.device;
         let depth = format == vk::Format::D32_SFLOAT;
         let aspect = if depth { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR };
-        let [width, height] = size;
+        let extent = vk::Extent3D { width: size[0], height: size[1], depth: 1 };
         // SAFETY: the device is alive; every info is complete.
         let texture = unsafe {
             let info = vk::ImageCreateInfo::default()
                 .image_type(vk::ImageType::TYPE_2D)
                 .format(format)
-                .extent(vk::Extent3D { width, height, depth: 1 })
+                .extent(extent)
                 .mip_levels(1)
                 .array_layers(layers)
                 .samples(vk::SampleCountFlags::TYPE_1)
@@ -332,55 +334,65 @@ impl<'a> Texture<'a> {
                 .format(format)
                 .subresource_range(range);
             let view = device.create_image_view(&info, None).expect("a view");
-            Self { engine, raw, memory, view }
+            Self { engine, raw, memory, range, extent, view }
         };
-        let subresource =
-            vk::ImageSubresourceLayers::default().aspect_mask(aspect).layer_count(layers);
-        texture.fill(size, subresource, texels);
-        texture
-    }
-
-    /// Fills all layers, and leaves them to shaders.
-    fn fill(&self, [width, height]: [u32; 2], to: vk::ImageSubresourceLayers, texels: &[u8]) {
-        let staging = HostBuffer::filled(self.engine, texels);
-        let region = [vk::BufferImageCopy::default()
-            .image_subresource(to)
-            .image_extent(vk::Extent3D { width, height, depth: 1 })];
-        let copied = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-        let frame = Frame::record(self.engine, |cmd| {
-            let barrier = |from, to_layout, before, after| {
-                let barrier = [vk::ImageMemoryBarrier::default()
-                    .image(self.raw)
-                    .old_layout(from)
-                    .new_layout(to_layout)
-                    .src_access_mask(before)
-                    .dst_access_mask(after)
-                    .subresource_range(
-                        vk::ImageSubresourceRange::default()
-                            .aspect_mask(to.aspect_mask)
-                            .level_count(1)
-                            .layer_count(to.layer_count),
-                    )];
-                let all = vk::PipelineStageFlags::ALL_COMMANDS;
-                let flags = vk::DependencyFlags::empty();
-                // SAFETY: `cmd` is being recorded; the image is alive.
-                unsafe {
-                    let device = &self.engine.device;
-                    device.cmd_pipeline_barrier(cmd, all, all, flags, &[], &[], &barrier);
-                }
-            };
-            let (none, write) = (vk::AccessFlags::empty(), vk::AccessFlags::TRANSFER_WRITE);
-            barrier(vk::ImageLayout::UNDEFINED, copied, none, write);
-            // SAFETY: as above; the buffer holds all layers.
-            unsafe {
-                let device = &self.engine.device;
-                device.cmd_copy_buffer_to_image(cmd, staging.raw, self.raw, copied, &region);
-            }
-            let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-            barrier(copied, read, write, vk::AccessFlags::SHADER_READ);
+        let staging = HostBuffer::filled(engine, texels);
+        let frame = Frame::record(engine, |cmd| {
+            let nothing = (vk::PipelineStageFlags::TOP_OF_PIPE, vk::AccessFlags::empty());
+            texture.overwrite(cmd, &staging, nothing, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
         });
         frame.submit();
         frame.wait();
+        texture
+    }
+
+    /// Records the filling of all layers after those before have been used, and leaves them to compute
+    /// shaders in `layout`.
+    pub fn overwrite(
+        &self,
+        cmd: vk::CommandBuffer,
+        from: &HostBuffer<'_>,
+        before: (vk::PipelineStageFlags, vk::AccessFlags),
+        layout: vk::ImageLayout,
+    ) {
+        let range = self.range;
+        let layers = vk::ImageSubresourceLayers::default()
+            .aspect_mask(range.aspect_mask)
+            .layer_count(range.layer_count);
+        let region =
+            [vk::BufferImageCopy::default().image_subresource(layers).image_extent(self.extent)];
+        let copied = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        let write = (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+        let read = (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+        self.transition(cmd, (vk::ImageLayout::UNDEFINED, copied), before, write);
+        // SAFETY: `cmd` is being recorded; the image is alive, and the buffer holds all layers.
+        unsafe {
+            let device = &self.engine.device;
+            device.cmd_copy_buffer_to_image(cmd, from.raw, self.raw, copied, &region);
+        }
+        self.transition(cmd, (copied, layout), write, read);
+    }
+
+    fn transition(
+        &self,
+        cmd: vk::CommandBuffer,
+        (from, to): (vk::ImageLayout, vk::ImageLayout),
+        before: (vk::PipelineStageFlags, vk::AccessFlags),
+        after: (vk::PipelineStageFlags, vk::AccessFlags),
+    ) {
+        let barrier = [vk::ImageMemoryBarrier::default()
+            .image(self.raw)
+            .old_layout(from)
+            .new_layout(to)
+            .src_access_mask(before.1)
+            .dst_access_mask(after.1)
+            .subresource_range(self.range)];
+        let flags = vk::DependencyFlags::empty();
+        // SAFETY: `cmd` is being recorded; the image is alive.
+        unsafe {
+            let device = &self.engine.device;
+            device.cmd_pipeline_barrier(cmd, before.0, after.0, flags, &[], &[], &barrier);
+        }
     }
 }
 
