@@ -3,6 +3,7 @@
 // Twin: src/cpu/surface.rs.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_samplerless_texture_functions : require
+#include "shading.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
 
@@ -101,17 +102,14 @@ vec3 normal_of(ivec2 pixel, vec3 p, vec3 v) {
     return n - 2.0 * min(dot(n, v), 0.0) * v;
 }
 
-float decoded(float x) {
-    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
-}
-
 vec3 base_color_of(ivec2 pixel) {
     if (!has(HAS_BASE_COLOR)) {
         return engine.base_color_roughness.rgb;
     }
     vec3 color = texelFetch(base_color_image, pixel, 0).rgb;
-    return has(BASE_COLOR_ENCODED) ? vec3(decoded(color.r), decoded(color.g), decoded(color.b))
-                                   : color;
+    return has(BASE_COLOR_ENCODED)
+        ? vec3(srgb_decode(color.r), srgb_decode(color.g), srgb_decode(color.b))
+        : color;
 }
 
 void main() {

@@ -1,6 +1,7 @@
 //! What an engine has drawn, as the visibility draw would have left it. Twin of `shaders/surface.comp`.
 
 use crate::Result;
+use crate::lighting::shading::srgb_decode;
 use crate::objective::maps::Surface;
 use crate::scene::engine::{EngineCamera, NormalCode, NormalSpace, SurfaceFormat, octahedral};
 use crate::scene::view::View;
@@ -74,7 +75,7 @@ impl Reader<'_> {
         let texel = |image: &Option<Vec<[f32; 4]>>| image.as_ref().map(|image| image[at]);
         let rm = texel(&self.images.roughness_metallic);
         let channel = |channel: u32, other| rm.map_or(other, |texel| texel[channel as usize]);
-        let decode = |c: f32| if self.format.base_color_encoded { decoded(c) } else { c };
+        let decode = |c: f32| if self.format.base_color_encoded { srgb_decode(c) } else { c };
         let base = texel(&self.images.base_color)
             .map_or(base_color, |[r, g, b, _]| [decode(r), decode(g), decode(b)]);
         let emissive = texel(&self.images.emissive).map_or([0.0; 3], |[r, g, b, _]| [r, g, b]);
@@ -147,9 +148,4 @@ impl Reader<'_> {
         let (before, after) = (step(-1), step(1));
         if before.1 < after.1 { before.0 } else { after.0 }
     }
-}
-
-/// The linear value of an sRGB-encoded one (IEC 61966-2-1).
-pub fn decoded(x: f32) -> f32 {
-    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
