@@ -157,7 +157,7 @@ fn a_device_that_goes_first_is_forgotten() {
     // The layer names what klieg had made and leaves behind.
     assert!(engine.end().iter().any(|m| m.contains("vkDestroyDevice") || m.contains("leak")));
     assert!(matches!(scores(&mut made), Err(Error::Forgotten)));
-    assert!(matches!(made.maps(), Ok(_)));
+    assert!(made.maps().is_ok(), "known maps need no device");
     assert!(matches!(evaluator(&context), Err(Error::Forgotten)));
     drop((made, context));
 }

@@ -59,8 +59,8 @@ impl GpuEvaluator {
     ) -> Result<Self> {
         let (view, drawn, drawable) = drawn::draw(context, scene, view, &objective, &shading)?;
         let objects = drawn.objects(&view)?;
-        let measure = measure(context, &view, objects, Views::One(Some(drawable)))?;
-        Self::of(context, view, objects, measure, Source::Drawn(drawn))
+        let measure = measure(context, &view, objects, Views::Scene(drawable.into()))?;
+        Self::of(context, view, objects, measure, (Some(drawn), None))
     }
 
     /// An evaluator for a view whose maps are known.
@@ -78,8 +78,8 @@ impl GpuEvaluator {
         context.check_present()?;
         let view = ViewMemory::with_maps(context, maps, view, &objective, &shading)?;
         let objects = maps.counts.object();
-        let measure = measure(context, &view, objects, Views::One(None))?;
-        Self::of(context, view, objects, measure, Source::Known(maps.clone()))
+        let measure = measure(context, &view, objects, Views::Known)?;
+        Self::of(context, view, objects, measure, (None, Some(maps.clone())))
     }
 
     /// An evaluator for views whose maps an engine's commands make, all of the same size.
@@ -88,9 +88,9 @@ impl GpuEvaluator {
     /// What the device reports.
     pub(super) fn of_any_view(context: &Arc<Context>, view: ViewMemory) -> Result<Self> {
         let pixels = view.size[0] * view.size[1];
-        let measure = measure(context, &view, pixels, Views::Many)?;
+        let measure = measure(context, &view, pixels, Views::Any)?;
         let drawn = Drawn::by_engine(context);
-        Self::of(context, view, pixels, measure, Source::Drawn(drawn))
+        Self::of(context, view, pixels, measure, (Some(drawn), None))
     }
 
     fn of(
@@ -98,12 +98,8 @@ impl GpuEvaluator {
         view: ViewMemory,
         objects: u32,
         (pipeline, measure): (PipelineKind, Box<dyn Measure + Send>),
-        source: Source,
+        (drawn, maps): (Option<Drawn>, Option<Maps>),
     ) -> Result<Self> {
-        let (drawn, maps) = match source {
-            Source::Drawn(drawn) => (Some(drawn), None),
-            Source::Known(maps) => (None, Some(maps)),
-        };
         Ok(Self {
             generation: None,
             recorded: None,
@@ -238,18 +234,14 @@ impl GpuEvaluator {
     }
 }
 
-/// Where an evaluator's maps come from.
-enum Source {
-    Drawn(Drawn),
-    Known(Maps),
-}
-
 /// Which views an evaluator will see.
 enum Views {
-    /// One that is there, of a scene where pipelines may draw that.
-    One(Option<Drawable>),
+    /// One of a scene, that is there.
+    Scene(Box<Drawable>),
+    /// One whose maps are there.
+    Known,
     /// Any, made later.
-    Many,
+    Any,
 }
 
 /// The pipeline for a view with at most `objects` object pixels.
@@ -266,16 +258,16 @@ fn measure(
         (PipelineKind::Layered, _) => {
             Box::new(Layered::new(context, view, StoredDraw::new(context)?)?)
         }
-        (PipelineKind::Forward, Views::One(Some(scene))) => {
-            Box::new(Layered::new(context, view, ForwardDraw::new(context, scene)?)?)
+        (PipelineKind::Forward, Views::Scene(scene)) => {
+            Box::new(Layered::new(context, view, ForwardDraw::new(context, *scene)?)?)
         }
         (PipelineKind::Forward, _) => {
             return Err(Error::Argument("pipeline forward draws a scene, not maps".into()));
         }
         (PipelineKind::Compute, views) => match (context.shape(), views) {
             (ComputeShape::Runs, _) => Box::new(Runs::new(context, view, objects)?),
-            (ComputeShape::Tiles, Views::One(_)) => Box::new(Tiles::new(context, view)?),
-            (ComputeShape::Tiles, Views::Many) => Box::new(Tiles::of_any_view(context, view)?),
+            (ComputeShape::Tiles, Views::Any) => Box::new(Tiles::of_any_view(context, view)?),
+            (ComputeShape::Tiles, _) => Box::new(Tiles::new(context, view)?),
         },
     };
     Ok((pipeline, measure))
