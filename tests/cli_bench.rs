@@ -72,7 +72,7 @@ fn there_is_a_row_for_each_combination() {
         ["--rigs", "uniform,skewed"],
     ];
     let sweep = sweep.as_flattened();
-    let bench = bench(&place, &[&["ball.gltf"][..], &sweep].concat());
+    let bench = bench(&place, &[&["ball.gltf"][..], sweep].concat());
     assert_eq!(bench["schema"], "klieg.bench/2");
     let rows = bench["rows"].as_array().unwrap();
     rows.iter().for_each(check);
