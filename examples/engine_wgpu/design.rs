@@ -31,7 +31,7 @@ pub struct Stage<'a> {
     pub folder: &'a Path,
 }
 
-/// One rig's score by klieg in the engine, and by the native evaluator.
+/// One rig's score by klieg in the engine, and natively.
 pub type Scored = [f32; 2];
 
 impl Stage<'_> {

@@ -44,7 +44,9 @@ fn main() -> Result<()> {
     fs::write(folder.join("scores.csv"), table)?;
     let agree = |[klieg, native]: &Scored| (klieg - native).abs() <= TOLERANCE;
     match levels.iter().flat_map(|(_, scores)| scores).find(|&scores| !agree(scores)) {
-        Some([klieg, native]) => Err(format!("klieg says {klieg}, the check {native}").into()),
+        Some([klieg, native]) => {
+            Err(format!("klieg says {klieg} in the engine, {native} natively").into())
+        }
         None => Ok(()),
     }
 }
