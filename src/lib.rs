@@ -27,4 +27,4 @@ pub mod report;
 
 pub use error::{Error, Result};
 // In the versions that the library's interface speaks.
-pub use {ash, glam};
+pub use {ash, glam, rand};

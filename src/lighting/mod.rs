@@ -9,7 +9,7 @@ pub mod start;
 use crate::scene::view::Frame;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{DVec4, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Lights that a rig can have at most.
@@ -64,23 +64,28 @@ impl Light {
         direction(self.elevation, self.azimuth)
     }
 
+    /// Where the light is in the world: `(position, 1)` of a point light, `(unit direction towards it, 0)`
+    /// of a directional one. A point light's falloff is 1 at [`Light::distance`] times the frame's radius.
+    pub fn to_world(&self, frame: &Frame) -> DVec4 {
+        let direction = self.direction().as_dvec3();
+        match self.kind {
+            LightKind::Point => {
+                frame.point_to_world(direction * f64::from(self.distance)).extend(1.0)
+            }
+            LightKind::Directional => frame.direction_to_world(direction).extend(0.0),
+        }
+    }
+
     /// The light of the frame `from` in the frame `to`: a point light keeps its place in the world, a
     /// directional one its direction there. The intensities stay as they are; a point light at the very
     /// centre of `to` keeps its angles.
     pub fn moved(&self, from: &Frame, to: &Frame) -> Self {
-        let direction = self.direction().as_dvec3();
-        let (place, distance) = match self.kind {
-            LightKind::Point => {
-                let world = from.point_to_world(direction * f64::from(self.distance));
-                let place = to.from_world().transform_point3(world);
-                (place, place.length() as f32)
-            }
-            LightKind::Directional => {
-                let world = from.direction_to_world(direction);
-                (to.from_world().transform_vector3(world), self.distance)
-            }
+        let place = (to.from_world() * self.to_world(from)).truncate();
+        let distance = match self.kind {
+            LightKind::Point => place.length() as f32,
+            LightKind::Directional => self.distance,
         };
-        let towards = place.try_normalize().unwrap_or(direction);
+        let towards = place.try_normalize().unwrap_or(self.direction().as_dvec3());
         let (elevation, azimuth) = angles(towards.as_vec3());
         Self { elevation, azimuth, distance, ..*self }
     }
@@ -218,5 +223,38 @@ impl Population {
     /// The lights of each rig.
     pub fn rigs(&self) -> std::slice::ChunksExact<'_, LightRecord> {
         self.records.chunks_exact(self.lights)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn lights_stand_in_the_world_where_their_frame_says() {
+        // A viewer on the x axis, whose right is −z.
+        let frame = Frame {
+            center: DVec3::new(1.0, 2.0, 3.0),
+            radius: 10.0,
+            right: DVec3::NEG_Z,
+            up: DVec3::Y,
+            back: DVec3::X,
+        };
+        let light = Light {
+            role: Role::Key,
+            kind: LightKind::Point,
+            elevation: 0.0,
+            azimuth: std::f32::consts::FRAC_PI_2,
+            distance: 2.0,
+            diffuse: 1.0,
+            specular: 1.0,
+        };
+        let expected = DVec4::new(1.0, 2.0, -17.0, 1.0);
+        assert!(light.to_world(&frame).abs_diff_eq(expected, 1e-5));
+        let parallel = Light { kind: LightKind::Directional, ..light };
+        assert!(parallel.to_world(&frame).abs_diff_eq(DVec4::NEG_Z, 1e-6));
+        let above = Light { elevation: std::f32::consts::FRAC_PI_2, ..parallel };
+        assert!(above.to_world(&frame).abs_diff_eq(DVec4::Y, 1e-6));
     }
 }
