@@ -4,11 +4,14 @@ use image::RgbImage;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Cargo builds the examples beside the folder of the tests.
+/// Cargo builds the examples beside the folder of the tests, unless it is asked for one test alone.
 fn example() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let profile = test.ancestors().nth(2).unwrap();
-    profile.join("examples").join(format!("engine_ash{}", std::env::consts::EXE_SUFFIX))
+    let name = format!("engine_ash{}", std::env::consts::EXE_SUFFIX);
+    let example = profile.join("examples").join(name);
+    assert!(example.exists(), "there is none: cargo build --example engine_ash");
+    example
 }
 
 fn picture(path: &Path) -> RgbImage {
@@ -54,8 +57,8 @@ fn an_engine_designs_its_lights_at_levels_1_and_2() {
         assert!(said.contains(expected), "{expected:?} is not in\n{said}");
     }
 
-    let [before, first, second] = ["before.png", "level_1.png", "level_2.png"]
-        .map(|name| picture(&folder.path().join(name)));
+    let [before, first, second] =
+        ["before.png", "level_1.png", "level_2.png"].map(|name| picture(&folder.path().join(name)));
     assert_eq!(before.dimensions(), (192, 144));
     for (picture, name) in [(&before, "before"), (&first, "level 1"), (&second, "level 2")] {
         assert!(well_exposed(picture), "{name}: {:?}", exposure(picture));

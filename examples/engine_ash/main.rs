@@ -83,8 +83,9 @@ fn run(messages: &Arc<Messages>, folder: &Path) -> Result<()> {
     let headlight = Preset::Headlight.rig();
     let show = |renderer: &mut Renderer, rig: &[Light], frame, name| -> Result<RgbImage> {
         let drawn = renderer.begin(&resting)?;
+        let slot = drawn.slot;
         renderer.end(drawn, &lights(rig, frame))?;
-        let picture = renderer.picture()?;
+        let picture = renderer.picture(slot)?;
         picture.save(folder.join(name))?;
         Ok(picture)
     };
@@ -301,7 +302,7 @@ fn shown_is_judged(level: &str, shown: &RgbImage, judged: &Inspection) -> Result
     let (sum, count) = pixels.map(far).fold((0.0, 0), |(sum, n), far| (sum + far, n + 1));
     let mean = sum / count as f32;
     println!("{level}: the picture is {mean:.4} from the one that was judged");
-    if mean < 0.01 { Ok(()) } else { Err(format!("{level} shows another picture").into()) }
+    if mean < 0.005 { Ok(()) } else { Err(format!("{level} shows another picture").into()) }
 }
 
 fn better_than_the_headlight(

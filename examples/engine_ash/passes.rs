@@ -1,8 +1,10 @@
 //! Render passes, pipelines and descriptor sets.
 
 use crate::Result;
+use crate::renderer::SAMPLED;
 use crate::vulkan::{Buffer, Gpu, Image, aspect};
 use ash::vk;
+use shaderc::ShaderKind;
 
 /// Stages that read the frame's set and the draws' constants.
 pub const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
@@ -52,9 +54,8 @@ pub fn set(
     let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
     let layouts = [layout];
     let buffer = [vk::DescriptorBufferInfo::default().buffer(uniforms.raw).range(vk::WHOLE_SIZE)];
-    let sampled = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
     let image_info =
-        |i: &Image| vk::DescriptorImageInfo::default().image_view(i.view).image_layout(sampled);
+        |i: &Image| vk::DescriptorImageInfo::default().image_view(i.view).image_layout(SAMPLED);
     let images: Vec<_> = g_buffer.iter().map(image_info).collect();
     // SAFETY: the device is alive; every info is complete; the set is not in use yet.
     unsafe {
@@ -83,16 +84,18 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// A pass that clears `images` and leaves them in `layout`. With a depth image it draws meshes,
-    /// else the whole screen.
+    /// A pass that clears `images` and leaves them in `layout`, and a pipeline of vertex and fragment
+    /// shader. With a depth image it draws meshes, else the whole screen.
     pub fn new(
         gpu: &Gpu,
         images: &[Image],
         layout: vk::ImageLayout,
         [width, height]: [u32; 2],
         pipeline_layout: vk::PipelineLayout,
-        shaders: [vk::ShaderModule; 2],
+        [vertex, fragment]: [&str; 2],
     ) -> Result<Self> {
+        let shaders =
+            [gpu.shader(ShaderKind::Vertex, vertex)?, gpu.shader(ShaderKind::Fragment, fragment)?];
         let size = vk::Extent2D { width, height };
         let raw = render_pass(gpu, images, layout)?;
         let views: Vec<_> = images.iter().map(|image| image.view).collect();

@@ -8,12 +8,13 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use image::RgbImage;
 use klieg::scene::engine::EngineCamera;
-use shaderc::ShaderKind;
 
 const MAX_LIGHTS: usize = 4;
 /// Scores of a frame at most.
 const MAX_SCORES: usize = 64;
+/// How the passes leave the G-buffer and the picture.
 pub const SAMPLED: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+const COPIED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 
 /// A light as the shaders read it: see `Light` in frame.glsl.
 #[repr(C)]
@@ -60,6 +61,7 @@ struct Slot {
     set: vk::DescriptorSet,
     uniforms: Buffer,
     scores: Buffer,
+    texels: Buffer,
 }
 
 /// A frame that is being recorded.
@@ -104,32 +106,15 @@ impl<'a> Renderer<'a> {
         let copied = Usage::COLOR_ATTACHMENT | Usage::TRANSFER_SRC;
         let picture = gpu.image(size, Format::R8G8B8A8_SRGB, copied)?;
         let (set_layout, layout) = passes::layouts(gpu)?;
-        let geometry = Pass::new(
-            gpu,
-            &g_buffer,
-            SAMPLED,
-            size,
-            layout,
-            [
-                gpu.shader(ShaderKind::Vertex, "world.vert", include_str!("shaders/world.vert"))?,
-                gpu.shader(ShaderKind::Fragment, "world.frag", include_str!("shaders/world.frag"))?,
-            ],
-        )?;
-        let to_copy = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-        let shading = Pass::new(
-            gpu,
-            &[picture],
-            to_copy,
-            size,
-            layout,
-            [
-                gpu.shader(ShaderKind::Vertex, "screen.vert", include_str!("shaders/screen.vert"))?,
-                gpu.shader(ShaderKind::Fragment, "shade.frag", include_str!("shaders/shade.frag"))?,
-            ],
-        )?;
+        let world_shaders =
+            [include_str!("shaders/world.vert"), include_str!("shaders/world.frag")];
+        let shade_shaders =
+            [include_str!("shaders/screen.vert"), include_str!("shaders/shade.frag")];
+        let geometry = Pass::new(gpu, &g_buffer, SAMPLED, size, layout, world_shaders)?;
+        let shading = Pass::new(gpu, &[picture], COPIED, size, layout, shade_shaders)?;
         let (vertices, items) = upload(gpu, world)?;
-        let slots =
-            [Slot::new(gpu, set_layout, &g_buffer)?, Slot::new(gpu, set_layout, &g_buffer)?];
+        let slot = || Slot::new(gpu, set_layout, &g_buffer, size);
+        let slots = [slot()?, slot()?];
         let frames = 0;
         Ok(Self {
             gpu,
@@ -188,30 +173,31 @@ impl<'a> Renderer<'a> {
         uniforms.lights[..lights.len()].copy_from_slice(lights);
         uniforms.eye[3] = lights.len() as f32;
         slot.uniforms.write(&[uniforms]);
-        let graphics = vk::PipelineBindPoint::GRAPHICS;
+        let (graphics, none) = (vk::PipelineBindPoint::GRAPHICS, vk::DependencyFlags::empty());
+        let [width, height] = self.size;
+        let layers = vk::ImageSubresourceLayers::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .layer_count(1);
+        let region = vk::BufferImageCopy::default()
+            .image_subresource(layers)
+            .image_extent(vk::Extent3D { width, height, depth: 1 });
+        // The picture's and the scores' copies become visible to the host.
+        let copied = vk::MemoryBarrier::default()
+            .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
+            .dst_access_mask(vk::AccessFlags::HOST_READ);
+        let (transfer, host) = (vk::PipelineStageFlags::TRANSFER, vk::PipelineStageFlags::HOST);
+        let cmds = [cmd];
+        let info = vk::SubmitInfo::default().command_buffers(&cmds);
         // SAFETY: as in `begin`. What klieg has bound is bound anew.
         unsafe {
             self.shading.begin(device, cmd);
             device.cmd_bind_descriptor_sets(cmd, graphics, self.layout, 0, &[slot.set], &[]);
             device.cmd_draw(cmd, 3, 1, 0, 0);
             device.cmd_end_render_pass(cmd);
-        }
-        self.submit(slot)
-    }
-
-    /// Ends the slot's commands, with all that they copy visible to the host, and submits them.
-    fn submit(&self, slot: &Slot) -> Result<()> {
-        let (device, none) = (&self.gpu.device, vk::DependencyFlags::empty());
-        let copied = vk::MemoryBarrier::default()
-            .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
-            .dst_access_mask(vk::AccessFlags::HOST_READ);
-        let (transfer, host) = (vk::PipelineStageFlags::TRANSFER, vk::PipelineStageFlags::HOST);
-        let cmds = [slot.cmd];
-        let info = vk::SubmitInfo::default().command_buffers(&cmds);
-        // SAFETY: the commands are being recorded, and their last run is over.
-        unsafe {
-            device.cmd_pipeline_barrier(slot.cmd, transfer, host, none, &[copied], &[], &[]);
-            device.end_command_buffer(slot.cmd)?;
+            let (from, to) = (self.picture.raw, slot.texels.raw);
+            device.cmd_copy_image_to_buffer(cmd, from, COPIED, to, &[region]);
+            device.cmd_pipeline_barrier(cmd, transfer, host, none, &[copied], &[], &[]);
+            device.end_command_buffer(cmd)?;
             device.reset_fences(&[slot.done])?;
             Ok(device.queue_submit(self.gpu.queue, &[info], slot.done)?)
         }
@@ -231,38 +217,28 @@ impl<'a> Renderer<'a> {
         Ok(unsafe { self.gpu.device.wait_for_fences(&fences, true, u64::MAX)? })
     }
 
-    /// The picture of the last frame.
-    pub fn picture(&self) -> Result<RgbImage> {
+    /// The picture of a frame, when all have run.
+    pub fn picture(&self, slot: usize) -> Result<RgbImage> {
         self.finish()?;
-        let ([width, height], device) = (self.size, &self.gpu.device);
+        let [width, height] = self.size;
         let mut texels = vec![[0_u8; 4]; (width * height) as usize];
-        let buffer = self.gpu.buffer(4 * texels.len(), vk::BufferUsageFlags::TRANSFER_DST)?;
-        let slot = &self.slots[0];
-        let layers = vk::ImageSubresourceLayers::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .layer_count(1);
-        let region = vk::BufferImageCopy::default()
-            .image_subresource(layers)
-            .image_extent(vk::Extent3D { width, height, depth: 1 });
-        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-        // SAFETY: no frame runs, so that the slot is free; the picture was left in this layout.
-        unsafe {
-            device.begin_command_buffer(slot.cmd, &vk::CommandBufferBeginInfo::default())?;
-            let (from, to) = (self.picture.raw, buffer.raw);
-            device.cmd_copy_image_to_buffer(slot.cmd, from, layout, to, &[region]);
-        }
-        self.submit(slot)?;
-        self.finish()?;
-        buffer.read(&mut texels);
+        self.slots[slot].texels.read(&mut texels);
         let rgb = texels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
         RgbImage::from_raw(width, height, rgb).ok_or_else(|| "no picture".into())
     }
 }
 
 impl Slot {
-    fn new(gpu: &Gpu, layout: vk::DescriptorSetLayout, g_buffer: &[Image]) -> Result<Self> {
+    fn new(
+        gpu: &Gpu,
+        layout: vk::DescriptorSetLayout,
+        g_buffer: &[Image],
+        [width, height]: [u32; 2],
+    ) -> Result<Self> {
         let uniforms = gpu.buffer(size_of::<Uniforms>(), vk::BufferUsageFlags::UNIFORM_BUFFER)?;
-        let scores = gpu.buffer(4 * MAX_SCORES, vk::BufferUsageFlags::TRANSFER_DST)?;
+        let copied = |bytes| gpu.buffer(bytes, vk::BufferUsageFlags::TRANSFER_DST);
+        let scores = copied(4 * MAX_SCORES)?;
+        let texels = copied(4 * (width * height) as usize)?;
         let set = passes::set(gpu, layout, &uniforms, g_buffer)?;
         let (device, reset) = (&gpu.device, vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(gpu.family).flags(reset);
@@ -276,7 +252,7 @@ impl Slot {
             let cmd = device.allocate_command_buffers(&info)?[0];
             let done = device.create_fence(&signaled, None)?;
             gpu.finally(move |device| device.destroy_fence(done, None));
-            Ok(Self { cmd, done, set, uniforms, scores })
+            Ok(Self { cmd, done, set, uniforms, scores, texels })
         }
     }
 }

@@ -107,19 +107,14 @@ impl Gpu {
     }
 
     /// Compiles GLSL.
-    pub fn shader(
-        &self,
-        kind: shaderc::ShaderKind,
-        name: &str,
-        source: &str,
-    ) -> Result<vk::ShaderModule> {
+    pub fn shader(&self, kind: shaderc::ShaderKind, source: &str) -> Result<vk::ShaderModule> {
         let compiler = shaderc::Compiler::new()?;
         let mut options = shaderc::CompileOptions::new()?;
         options.set_include_callback(|name, _, _, _| {
             let (resolved_name, content) = (name.into(), include_str!("shaders/frame.glsl").into());
             Ok(shaderc::ResolvedInclude { resolved_name, content })
         });
-        let code = compiler.compile_into_spirv(source, kind, name, "main", Some(&options))?;
+        let code = compiler.compile_into_spirv(source, kind, "shader", "main", Some(&options))?;
         let info = vk::ShaderModuleCreateInfo::default().code(code.as_binary());
         // SAFETY: the device is alive, and the code is a compiler's.
         let module = unsafe { self.device.create_shader_module(&info, None)? };
