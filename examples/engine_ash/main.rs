@@ -75,11 +75,18 @@ fn run(messages: &Arc<Messages>, folder: &Path) -> Result<()> {
     let world = World::new();
     let scene = world.scene()?;
     println!("{} triangles on {}", scene.polygons(), context.report().info.name);
-    let mut renderer = Renderer::new(&gpu, &world, SIZE)?;
-    std::fs::create_dir_all(folder)?;
-
     let resting = world::camera(&scene, 0.0, SIZE)?;
     let view = View::new(&scene, world::lens(&resting)?, SIZE[0], SIZE[1])?;
+
+    // All that frames use of klieg's is declared before the renderer, which waits for them as it goes.
+    let (objective, shading) = (Objective::default(), Shading::default());
+    let mut whole = GpuEvaluator::new(&context, &scene, &view, objective, shading)?;
+    let mut seen = SurfaceEvaluator::new(&context, SIZE, objective, shading)?;
+    let surface;
+    let mut renderer = Renderer::new(&gpu, &world, SIZE)?;
+    surface = import(&renderer, &seen)?;
+
+    std::fs::create_dir_all(folder)?;
     let headlight = Preset::Headlight.rig();
     let show = |renderer: &mut Renderer, rig: &[Light], frame, name| -> Result<RgbImage> {
         let drawn = renderer.begin(&resting)?;
@@ -91,14 +98,11 @@ fn run(messages: &Arc<Messages>, folder: &Path) -> Result<()> {
     };
     show(&mut renderer, &headlight, &view.frame, "before.png")?;
 
-    let mut whole = GpuEvaluator::new(&context, &scene, &view, objective(), shading())?;
     let (designer, measured) = level_1(&mut renderer, &mut whole, &scene, &view, &resting)?;
     let first = designer.best().ok_or("level 1 made no design")?.0;
     let shown = show(&mut renderer, &first, &view.frame, "level_1.png")?;
     shown_is_judged("level 1", &shown, &whole.inspect(&first)?)?;
 
-    let mut seen = SurfaceEvaluator::new(&context, SIZE, objective(), shading())?;
-    let surface = import(&renderer, &seen)?;
     let mut designer = level_2(&mut renderer, &mut seen, &surface, &scene)?;
     level_2_in_budget(&mut renderer, &mut seen, &surface, &scene, &mut designer)?;
     let second = designer.best().ok_or("level 2 made no design")?.0;
@@ -259,7 +263,8 @@ fn same_bits_on_a_device_of_its_own(
     let device = DeviceChoice::Name(context.report().info.name.clone());
     let options = ContextOptions { device, validation: true, ..Default::default() };
     let own = Context::new(&options)?;
-    let mut klieg = GpuEvaluator::new(&own, scene, view, objective(), shading())?;
+    let (objective, shading) = (Objective::default(), Shading::default());
+    let mut klieg = GpuEvaluator::new(&own, scene, view, objective, shading)?;
     for (number, Measured { population, scores }) in measured.iter().enumerate() {
         let mut expected = vec![0.0; scores.len()];
         klieg.evaluate(population, &mut expected)?;
@@ -314,14 +319,6 @@ fn better_than_the_headlight(
     let [before, after] = [klieg.inspect(headlight)?.score, klieg.inspect(design)?.score];
     println!("{level}: F {before:.4} under the headlight, {after:.4} as designed");
     if after < before { Ok(()) } else { Err(format!("{level}: the design is no better").into()) }
-}
-
-fn objective() -> Objective {
-    Objective::default()
-}
-
-fn shading() -> Shading {
-    Shading::default()
 }
 
 fn genome() -> Result<Genome> {

@@ -189,6 +189,18 @@ fn render_pass(gpu: &Gpu, images: &[Image], layout: vk::ImageLayout) -> Result<v
     Ok(pass)
 }
 
+type Vertices = (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>);
+
+/// Positions and normals, each in a buffer of its own.
+fn vertices() -> Vertices {
+    let input = |i| {
+        let binding = vk::VertexInputBindingDescription::default().binding(i).stride(12);
+        let attribute = vk::VertexInputAttributeDescription::default().binding(i).location(i);
+        (binding, attribute.format(vk::Format::R32G32B32_SFLOAT))
+    };
+    (0..2).map(input).unzip()
+}
+
 /// Draws meshes with a depth test and nothing blended, or a triangle without vertices.
 fn pipeline(
     gpu: &Gpu,
@@ -205,15 +217,7 @@ fn pipeline(
         stage(vk::ShaderStageFlags::VERTEX, shaders[0]),
         stage(vk::ShaderStageFlags::FRAGMENT, shaders[1]),
     ];
-    // Positions and normals, each in a buffer of its own.
-    let format = vk::Format::R32G32B32_SFLOAT;
-    let (bindings, attributes): (Vec<_>, Vec<_>) = (0..if meshes { 2 } else { 0 })
-        .map(|i| {
-            let binding = vk::VertexInputBindingDescription::default().binding(i).stride(12);
-            let attribute = vk::VertexInputAttributeDescription::default().format(format);
-            (binding, attribute.binding(i).location(i))
-        })
-        .unzip();
+    let (bindings, attributes) = if meshes { vertices() } else { Default::default() };
     let input = vk::PipelineVertexInputStateCreateInfo::default()
         .vertex_binding_descriptions(&bindings)
         .vertex_attribute_descriptions(&attributes);
@@ -234,11 +238,9 @@ fn pipeline(
         .depth_test_enable(meshes)
         .depth_write_enable(meshes)
         .depth_compare_op(vk::CompareOp::GREATER);
-    let blends = vec![
-        vk::PipelineColorBlendAttachmentState::default()
-            .color_write_mask(vk::ColorComponentFlags::RGBA);
-        colors
-    ];
+    let all = vk::ColorComponentFlags::RGBA;
+    let opaque = vk::PipelineColorBlendAttachmentState::default().color_write_mask(all);
+    let blends = vec![opaque; colors];
     let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
     let info = [vk::GraphicsPipelineCreateInfo::default()
         .stages(&stages)

@@ -214,7 +214,8 @@ impl<'a> Renderer<'a> {
     pub fn finish(&self) -> Result<()> {
         let fences = [self.slots[0].done, self.slots[1].done];
         // SAFETY: the fences are alive, and signalled or submitted.
-        Ok(unsafe { self.gpu.device.wait_for_fences(&fences, true, u64::MAX)? })
+        unsafe { self.gpu.device.wait_for_fences(&fences, true, u64::MAX)? };
+        Ok(())
     }
 
     /// The picture of a frame, when all have run.
@@ -225,6 +226,13 @@ impl<'a> Renderer<'a> {
         self.slots[slot].texels.read(&mut texels);
         let rgb = texels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
         RgbImage::from_raw(width, height, rgb).ok_or_else(|| "no picture".into())
+    }
+}
+
+impl Drop for Renderer<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the device is alive; one that is lost has nothing to wait for.
+        let _ = unsafe { self.gpu.device.device_wait_idle() };
     }
 }
 
