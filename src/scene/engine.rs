@@ -3,7 +3,7 @@
 use super::view::{Camera, Frame, Projection, RADII, View, check_size};
 use crate::error::within;
 use crate::{Error, Result};
-use glam::{DMat3, DMat4, DVec3, Vec3};
+use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 
 /// Far from a rotation, a view matrix scales, shears or mirrors.
 const RIGID: f64 = 1e-3;
@@ -50,7 +50,7 @@ impl EngineCamera {
             designed: None,
         };
         let frame = Frame { center: self.center, radius: self.radius, right, up, back };
-        let clip_from_world = self.projection * self.view;
+        let clip_from_world = self.own_projection() * self.view;
         Ok(View {
             width,
             height,
@@ -64,6 +64,22 @@ impl EngineCamera {
     /// Light frame from the engine's clip space.
     pub fn frame_from_clip(&self, frame: &Frame) -> DMat4 {
         frame.from_world() * (self.projection * self.view).inverse()
+    }
+
+    /// The projection as klieg draws with it: y down, depth falling from the viewer on.
+    fn own_projection(&self) -> DMat4 {
+        let [x, mut y, mut z, w] = [0, 1, 2, 3].map(|row| self.projection.row(row));
+        if self.projection.y_axis.y > 0.0 {
+            y = -y;
+        }
+        let depth = |distance: f64| {
+            let p = DVec4::new(0.0, 0.0, -distance, 1.0);
+            z.dot(p) / w.dot(p)
+        };
+        if depth(2.0 * self.radius) > depth(self.radius) {
+            z = w - z;
+        }
+        DMat4::from_cols(x, y, z, w).transpose()
     }
 
     fn check(&self) -> Result<()> {
@@ -266,6 +282,28 @@ mod tests {
         let back = camera.frame_from_clip(&view.frame) * (clip / clip.w);
         let expected = view.frame.from_world().transform_point3(p);
         assert!((back.truncate() / back.w).distance(expected) < 1e-9);
+    }
+
+    #[test]
+    fn any_projection_draws_the_same_view() {
+        let good = camera();
+        let view = good.view(30, 20).unwrap();
+        let flip = DMat4::from_scale(DVec3::new(1.0, -1.0, 1.0));
+        for projection in [
+            proj::vulkan::perspective_infinite(0.8, 1.5, 0.1),
+            proj::vulkan::perspective(0.8, 1.5, 0.1, 50.0),
+            flip * proj::vulkan::perspective(0.8, 1.5, 0.1, 50.0),
+            flip * good.projection,
+        ] {
+            let other = EngineCamera { projection, ..good }.view(30, 20).unwrap();
+            let mut nearer = f32::INFINITY;
+            for p in [Vec3::new(0.2, 0.3, 0.4), Vec3::new(-0.3, 0.1, -0.2), Vec3::NEG_Z] {
+                let [a, b] = [&view, &other].map(|v| v.clip_from_frame.project_point3(p));
+                assert!(a.truncate().abs_diff_eq(b.truncate(), 1e-5), "{a} {b}");
+                assert!((0.0..=1.0).contains(&b.z) && b.z < nearer, "{projection}: {b}");
+                nearer = b.z;
+            }
+        }
     }
 
     #[test]
