@@ -52,13 +52,14 @@ pub fn exp2(y: f32) -> f32 {
     f32::from_bits(power.to_bits().wrapping_add(rounded.to_bits() << 23))
 }
 
-/// The sRGB encoding of a linear value, clamped to 0..=1; see
-/// [`crate::lighting::shading::srgb_encode`].
 #[inline(always)]
-pub fn srgb_encode(linear: f32) -> f32 {
-    let x = if linear > 0.0 { linear } else { 0.0 };
-    let x = if x < 1.0 { x } else { 1.0 };
-    let power = exp2(log2(x) * (1.0 / 2.4));
+pub fn clamp(x: f32) -> f32 {
+    let x = if x > 0.0 { x } else { 0.0 };
+    if x < 1.0 { x } else { 1.0 }
+}
+
+#[inline(always)]
+pub fn srgb(x: f32, power: f32) -> f32 {
     // A plain `if` becomes a branch, which keeps the loop from being vectorised.
     select_unpredictable(x <= 0.003_130_8, 12.92 * x, 1.055f32.mul_add(power, -0.055))
 }

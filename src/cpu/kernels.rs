@@ -3,7 +3,7 @@
 //! [`LANES`] parts in a fixed order.
 
 use super::compact::{Group, LANES, Lanes, Run, Taps};
-use super::fast_math::{exp2, log2, reciprocal_sqrt, srgb_encode};
+use super::fast_math::{clamp, exp2, log2, reciprocal_sqrt, srgb};
 use crate::lighting::LightRecord;
 use crate::objective::HISTOGRAM_BINS;
 use bytemuck::{Pod, Zeroable};
@@ -34,64 +34,117 @@ pub fn shade(
     pictures: &mut [Tile],
     stride: usize,
 ) {
+    let mut lit = [Lit::default(); SHADE_BLOCK];
     for (block, groups) in groups.chunks(SHADE_BLOCK).enumerate() {
         let pictures = pictures.chunks_exact_mut(stride);
         for (rig, picture) in rigs.chunks_exact(lights).zip(pictures) {
-            shade_block(groups, rig, &mut picture[block * SHADE_BLOCK..][..groups.len()]);
+            shade_block(groups, rig, &mut picture[block * SHADE_BLOCK..][..groups.len()], &mut lit);
         }
     }
 }
 
 #[inline(always)]
-fn shade_block(groups: &[Group], rig: &[LightRecord], tiles: &mut [Tile]) {
+fn shade_block(groups: &[Group], rig: &[LightRecord], tiles: &mut [Tile], block: &mut [Lit; SHADE_BLOCK]) {
     for (group, tile) in groups.iter().zip(&mut *tiles) {
         tile.0 = group.unlit;
     }
     for light in rig {
         if light.radius2 > 0.0 {
-            add_light::<true>(groups, light, tiles);
+            add_light::<true>(groups, light, tiles, block);
         } else {
-            add_light::<false>(groups, light, tiles);
+            add_light::<false>(groups, light, tiles, block);
         }
     }
-    for tile in tiles {
-        for i in &mut tile.0 {
-            *i = srgb_encode(*i);
+    encode(tiles);
+}
+
+/// Encodes the luminances of a block.
+#[inline(always)]
+fn encode(tiles: &mut [Tile]) {
+    let mut powers = [[0.0; LANES]; SHADE_BLOCK];
+    for (power, tile) in powers.iter_mut().zip(&mut *tiles) {
+        for (power, i) in power.iter_mut().zip(&mut tile.0) {
+            *i = clamp(*i);
+            *power = log2(*i) * (1.0 / 2.4);
+        }
+    }
+    for (power, tile) in powers.iter().zip(tiles) {
+        for (&power, i) in power.iter().zip(&mut tile.0) {
+            *i = srgb(*i, exp2(power));
         }
     }
 }
 
+/// A group that faces a light.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Default)]
+struct Lit {
+    /// `n·(x − p)`, of which `n·l` is the unit vector's share.
+    facing: Lanes,
+    /// `1/|x − p|`.
+    inverse: Lanes,
+    /// `(n·h)²`, then its logarithm times the exponent.
+    power: Lanes,
+    /// Which one of the block.
+    group: usize,
+}
+
 /// Adds one light's luminance; the formula is [`crate::lighting::shading::light_response`].
 #[inline(always)]
-fn add_light<const POINT: bool>(groups: &[Group], light: &LightRecord, tiles: &mut [Tile]) {
-    let scale = if POINT { light.radius2 } else { 1.0 };
-    let (diffuse, specular) = (light.diffuse * scale, light.specular * scale);
-    for (group, tile) in groups.iter().zip(tiles) {
-        let mut facing = [0.0; LANES];
-        let mut lit = false;
-        for (k, facing) in facing.iter_mut().enumerate() {
-            *facing = dot_normal(group, k, to_light::<POINT>(group, light, k));
-            lit |= *facing > 0.0;
+fn add_light<const POINT: bool>(groups: &[Group], light: &LightRecord, tiles: &mut [Tile], block: &mut [Lit; SHADE_BLOCK]) {
+    let at = light.position;
+    let mut count = 0;
+    for (index, group) in groups.iter().enumerate() {
+        let lit = &mut block[count];
+        let mut any = false;
+        for k in 0..LANES {
+            let facing = dot_normal(group, k, to_light::<POINT>(group, at, k));
+            lit.facing[k] = facing;
+            any |= facing > 0.0;
         }
+        lit.group = index;
         // Neighbours are alike: often all of a group are turned away from the light.
-        if !lit {
-            continue;
+        count += usize::from(any);
+    }
+    let block = &mut block[..count];
+    for lit in &mut *block {
+        let group = &groups[lit.group];
+        for k in 0..LANES {
+            let [x, y, z] = to_light::<POINT>(group, at, k);
+            lit.inverse[k] =
+                if POINT { reciprocal_sqrt(x.mul_add(x, y.mul_add(y, z * z))) } else { 1.0 };
         }
-        for (k, facing) in facing.into_iter().enumerate() {
-            let [x, y, z] = to_light::<POINT>(group, light, k);
-            let square = x.mul_add(x, y.mul_add(y, z * z));
-            let inverse = if POINT { reciprocal_sqrt(square) } else { 1.0 };
-            let n_l = facing * inverse;
-            let hx = x.mul_add(inverse, group.to_viewer[0][k]);
-            let hy = y.mul_add(inverse, group.to_viewer[1][k]);
-            let hz = z.mul_add(inverse, group.to_viewer[2][k]);
+    }
+    for lit in &mut *block {
+        let group = &groups[lit.group];
+        for k in 0..LANES {
+            let [x, y, z] = to_light::<POINT>(group, at, k);
+            let hx = x.mul_add(lit.inverse[k], group.to_viewer[0][k]);
+            let hy = y.mul_add(lit.inverse[k], group.to_viewer[1][k]);
+            let hz = z.mul_add(lit.inverse[k], group.to_viewer[2][k]);
             // The summand keeps 0/0 away.
             let square = hx.mul_add(hx, hy.mul_add(hy, hz.mul_add(hz, f32::MIN_POSITIVE)));
-            let along = n_l + group.facing[k];
+            let along = lit.facing[k] * lit.inverse[k] + group.facing[k];
             let n_h2 = along * along / square;
-            let n_h2 = if n_h2 < 1.0 { n_h2 } else { 1.0 };
-            let highlight = exp2(group.exponent[k] * log2(n_h2));
+            lit.power[k] = if n_h2 < 1.0 { n_h2 } else { 1.0 };
+        }
+    }
+    for lit in &mut *block {
+        let group = &groups[lit.group];
+        for (power, exponent) in lit.power.iter_mut().zip(group.exponent) {
+            *power = exponent * log2(*power);
+        }
+    }
+    let scale = if POINT { light.radius2 } else { 1.0 };
+    let (diffuse, specular) = (light.diffuse * scale, light.specular * scale);
+    for lit in &*block {
+        let group = &groups[lit.group];
+        let tile = &mut tiles[lit.group];
+        for k in 0..LANES {
+            let inverse = lit.inverse[k];
+            let n_l = lit.facing[k] * inverse;
             let strength = if n_l > 0.0 { n_l * (inverse * inverse) } else { 0.0 };
+            let highlight = exp2(lit.power[k]);
             let reflected =
                 diffuse.mul_add(group.diffuse[k], specular * (group.specular[k] * highlight));
             tile.0[k] = strength.mul_add(reflected, tile.0[k]);
@@ -101,8 +154,7 @@ fn add_light<const POINT: bool>(groups: &[Group], light: &LightRecord, tiles: &m
 
 /// From the group's pixel `k` to a point light, the unit direction to a directional one.
 #[inline(always)]
-fn to_light<const POINT: bool>(group: &Group, light: &LightRecord, k: usize) -> [f32; 3] {
-    let [x, y, z] = light.position;
+fn to_light<const POINT: bool>(group: &Group, [x, y, z]: [f32; 3], k: usize) -> [f32; 3] {
     if !POINT {
         return [x, y, z];
     }
