@@ -2,11 +2,13 @@
 //! machine's best is chosen at run time. All of them give the same bits: every sum is taken in
 //! [`LANES`] parts in a fixed order.
 
+mod histogram;
 mod shade;
 mod statistics;
 
+pub use histogram::histogram;
 pub use shade::shade;
-pub use statistics::{histogram, interior_gradient, moments, tapped_gradient};
+pub use statistics::{interior_gradient, moments, tapped_gradient};
 
 use super::compact::Lanes;
 use bytemuck::{Pod, Zeroable};
@@ -18,7 +20,13 @@ pub struct Tile(Lanes);
 
 #[cfg(test)]
 mod tests {
+    use super::histogram::histogram_in_lanes;
+    use super::shade::shade_in_lanes;
+    use super::statistics::{moments_in_lanes, runs_gradient, taps_gradient};
     use super::*;
+    use crate::cpu::compact::{Group, LANES, Run, Taps};
+    use crate::lighting::LightRecord;
+    use crate::objective::HISTOGRAM_BINS;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -27,6 +35,7 @@ mod tests {
     struct Outcome {
         picture: Vec<u32>,
         sums: [u64; 4],
+        histogram: [u32; HISTOGRAM_BINS],
     }
 
     struct Input {
@@ -35,7 +44,12 @@ mod tests {
         taps: Vec<Taps>,
     }
 
-    const LEN: usize = 5 * LANES;
+    /// More than a block of groups and than a block of pixels to count, and no multiple of either.
+    const LEN: usize = 69 * LANES;
+    const RUNS: [Run; 2] = [
+        Run { above: 0, here: 21, below: 42, len: 36 },
+        Run { above: 7, here: 28, below: 49, len: 1030 },
+    ];
 
     impl Input {
         fn new() -> Self {
@@ -67,19 +81,20 @@ mod tests {
             Self { groups, rig, taps: (0..LANES).map(tap).collect() }
         }
 
+        /// By the version that the caller is compiled for.
         #[inline(always)]
         fn outcome(&self) -> Outcome {
             let mut tiles = vec![Tile::default(); self.groups.len()];
-            shade_block(&self.groups, &self.rig, &mut tiles);
+            let stride = tiles.len();
+            shade_in_lanes(&self.groups, &self.rig, self.rig.len(), &mut tiles, stride);
             let picture: &[f32] = bytemuck::cast_slice(&tiles);
-            let (sum, squares) = moments_in_lanes(&picture[3..]);
-            let [above, here, below] = [0, 21, 42].map(|at| &picture[at..at + 38]);
-            let inner = run_gradient(above, here, below);
-            let outer = taps_gradient(picture, &self.taps, 1.0 / 0.06, 1.0);
-            Outcome {
-                picture: picture.iter().map(|i| i.to_bits()).collect(),
-                sums: [sum, squares, inner, outer].map(f64::to_bits),
-            }
+            Outcome::new(
+                picture,
+                moments_in_lanes(&picture[3..]),
+                runs_gradient(picture, &RUNS),
+                taps_gradient(picture, &self.taps, 1.0 / 0.06, 1.0),
+                histogram_in_lanes(&picture[3..]),
+            )
         }
 
         /// By the version that is chosen for this machine.
@@ -88,14 +103,26 @@ mod tests {
             let stride = tiles.len();
             shade(&self.groups, &self.rig, self.rig.len(), &mut tiles, stride);
             let picture: &[f32] = bytemuck::cast_slice(&tiles);
-            let (sum, squares) = moments(&picture[3..]);
-            let inner =
-                interior_gradient(picture, &[Run { above: 0, here: 21, below: 42, len: 36 }]);
-            let outer = tapped_gradient(picture, &self.taps, 1.0 / 0.06, 1.0);
-            Outcome {
-                picture: picture.iter().map(|i| i.to_bits()).collect(),
-                sums: [sum, squares, inner, outer].map(f64::to_bits),
-            }
+            Outcome::new(
+                picture,
+                moments(&picture[3..]),
+                interior_gradient(picture, &RUNS),
+                tapped_gradient(picture, &self.taps, 1.0 / 0.06, 1.0),
+                histogram(&picture[3..]),
+            )
+        }
+    }
+
+    impl Outcome {
+        fn new(
+            picture: &[f32],
+            (sum, squares): (f64, f64),
+            inner: f64,
+            outer: f64,
+            histogram: [u32; HISTOGRAM_BINS],
+        ) -> Self {
+            let sums = [sum, squares, inner, outer].map(f64::to_bits);
+            Self { picture: picture.iter().map(|i| i.to_bits()).collect(), sums, histogram }
         }
     }
 
@@ -132,42 +159,5 @@ mod tests {
         let unlit = &mut input.groups[0].unlit[5];
         *unlit = f32::from_bits(unlit.to_bits() + 64);
         assert_ne!(input.dispatched(), baseline);
-    }
-
-    #[test]
-    fn bins_are_those_of_the_plain_histogram() {
-        let mut picture: Vec<f32> = (0..=64).map(|k| k as f32 / 64.0).collect();
-        picture.extend([0.999_999_9, f32::NAN, -1.0, f32::INFINITY, 0.031_249_998]);
-        for &i in &picture {
-            let plain = ((i * 32.0) as i32).clamp(0, 31);
-            assert_eq!(i32::from(bin_of(i)), plain, "{i}");
-        }
-        for len in 0..picture.len() {
-            assert_eq!(histogram(&picture[..len]).iter().sum::<u32>(), len as u32);
-        }
-        let skewed = [vec![0.0; 1000], vec![1.0; 777]].concat();
-        let counts = histogram(&skewed);
-        assert_eq!((counts[0], counts[31]), (1000, 777));
-    }
-
-    #[test]
-    fn gradients_of_runs_and_of_taps_agree() {
-        let mut random = ChaCha8Rng::seed_from_u64(12);
-        let width = 50;
-        let picture: Vec<f32> = (0..3 * width).map(|_| random.random_range(0.0..1.0)).collect();
-        for len in 1..=width - 2 {
-            let run = Run { above: 0, here: width, below: 2 * width, len };
-            let around = |k: u32| {
-                let below = k + 2 * width;
-                let here = k + width;
-                [k, k + 1, k + 2, here, here + 2, below, below + 1, below + 2]
-            };
-            let taps: Vec<Taps> = (0..len).map(around).collect();
-            let run = interior_gradient(&picture, &[run]);
-            let tapped = tapped_gradient(&picture, &taps, 1.0, f32::MAX);
-            assert!((run - tapped).abs() < 1e-5, "{len}: {run} {tapped}");
-        }
-        let flat = [0.5; 64];
-        assert_eq!(interior_gradient(&flat, &[Run { above: 0, here: 0, below: 0, len: 60 }]), 0.0);
     }
 }

@@ -1,7 +1,7 @@
-//! Pictures from lights.
+//! The pictures `I` of rigs.
 
 use super::super::compact::{Group, LANES, Lanes};
-use super::super::fast_math::{clamp, exp2, log2, reciprocal_sqrt, srgb};
+use super::super::fast_math::{clamp, exp2, log2, reciprocal_sqrt, srgb_encode, srgb_exponent};
 use super::Tile;
 use crate::lighting::LightRecord;
 use multiversion::multiversion;
@@ -9,6 +9,18 @@ use multiversion::multiversion;
 /// Groups that are shaded under the lights of all rigs before the next ones, so that they stay in the
 /// first cache: 7 KiB.
 const SHADE_BLOCK: usize = 8;
+
+/// What the passes of a light over a group hand on to each other.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Default)]
+struct Interim {
+    /// `n·(x − p)`, or `n·x` of a directional light.
+    facing: Lanes,
+    /// `1/|x − p|`, or 1.
+    inverse: Lanes,
+    /// `(n·h)²`, then the logarithm of the highlight.
+    highlight: Lanes,
+}
 
 /// The pictures `I` of `groups` under rigs of `lights` lights each, one for each piece of `pictures`
 /// of `stride` tiles; see [`crate::cpu::population`].
@@ -20,120 +32,156 @@ pub fn shade(
     pictures: &mut [Tile],
     stride: usize,
 ) {
-    let mut lit = [Lit::default(); SHADE_BLOCK];
+    shade_in_lanes(groups, rigs, lights, pictures, stride);
+}
+
+#[inline(always)]
+pub(super) fn shade_in_lanes(
+    groups: &[Group],
+    rigs: &[LightRecord],
+    lights: usize,
+    pictures: &mut [Tile],
+    stride: usize,
+) {
+    let mut interim = [Interim::default(); SHADE_BLOCK];
     for (block, groups) in groups.chunks(SHADE_BLOCK).enumerate() {
         let pictures = pictures.chunks_exact_mut(stride);
         for (rig, picture) in rigs.chunks_exact(lights).zip(pictures) {
-            shade_block(groups, rig, &mut picture[block * SHADE_BLOCK..][..groups.len()], &mut lit);
+            let tiles = &mut picture[block * SHADE_BLOCK..][..groups.len()];
+            shade_block(groups, rig, &mut interim, tiles);
         }
     }
 }
 
 #[inline(always)]
-pub(super) fn shade_block(groups: &[Group], rig: &[LightRecord], tiles: &mut [Tile], block: &mut [Lit; SHADE_BLOCK]) {
+fn shade_block(
+    groups: &[Group],
+    rig: &[LightRecord],
+    interim: &mut [Interim; SHADE_BLOCK],
+    tiles: &mut [Tile],
+) {
     for (group, tile) in groups.iter().zip(&mut *tiles) {
         tile.0 = group.unlit;
     }
     for light in rig {
         if light.radius2 > 0.0 {
-            add_light::<true>(groups, light, tiles, block);
+            add_light::<true>(groups, light, interim, tiles);
         } else {
-            add_light::<false>(groups, light, tiles, block);
+            add_light::<false>(groups, light, interim, tiles);
         }
     }
     encode(tiles);
 }
 
-/// Encodes the luminances of a block.
-#[inline(always)]
-fn encode(tiles: &mut [Tile]) {
-    let mut powers = [[0.0; LANES]; SHADE_BLOCK];
-    for (power, tile) in powers.iter_mut().zip(&mut *tiles) {
-        for (power, i) in power.iter_mut().zip(&mut tile.0) {
-            *i = clamp(*i);
-            *power = log2(*i) * (1.0 / 2.4);
-        }
-    }
-    for (power, tile) in powers.iter().zip(tiles) {
-        for (&power, i) in power.iter().zip(&mut tile.0) {
-            *i = srgb(*i, exp2(power));
-        }
-    }
-}
-
-/// A group that faces a light.
-#[repr(C, align(64))]
-#[derive(Clone, Copy, Default)]
-struct Lit {
-    /// `n·(x − p)`, of which `n·l` is the unit vector's share.
-    facing: Lanes,
-    /// `1/|x − p|`.
-    inverse: Lanes,
-    /// `(n·h)²`, then its logarithm times the exponent.
-    power: Lanes,
-    /// Which one of the block.
-    group: usize,
-}
-
 /// Adds one light's luminance; the formula is [`crate::lighting::shading::light_response`].
+///
+/// In one pass it would be a chain of some forty operations, each of which waits for the one before,
+/// longer than what a processor looks ahead to fill the gaps. Short passes keep it busy, and their
+/// constants in registers.
 #[inline(always)]
-fn add_light<const POINT: bool>(groups: &[Group], light: &LightRecord, tiles: &mut [Tile], block: &mut [Lit; SHADE_BLOCK]) {
-    let at = light.position;
+fn add_light<const POINT: bool>(
+    groups: &[Group],
+    light: &LightRecord,
+    interim: &mut [Interim; SHADE_BLOCK],
+    tiles: &mut [Tile],
+) {
+    let mut lit = [0; SHADE_BLOCK];
     let mut count = 0;
-    for (index, group) in groups.iter().enumerate() {
-        let lit = &mut block[count];
-        let mut any = false;
-        for k in 0..LANES {
-            let facing = dot_normal(group, k, to_light::<POINT>(group, at, k));
-            lit.facing[k] = facing;
-            any |= facing > 0.0;
-        }
-        lit.group = index;
+    for (at, (group, interim)) in groups.iter().zip(&mut *interim).enumerate() {
         // Neighbours are alike: often all of a group are turned away from the light.
+        let any = faces::<POINT>(group, light.position, interim);
+        lit[count] = at;
         count += usize::from(any);
     }
-    let block = &mut block[..count];
-    for lit in &mut *block {
-        let group = &groups[lit.group];
-        for k in 0..LANES {
-            let [x, y, z] = to_light::<POINT>(group, at, k);
-            lit.inverse[k] =
-                if POINT { reciprocal_sqrt(x.mul_add(x, y.mul_add(y, z * z))) } else { 1.0 };
+    let lit = &lit[..count];
+    if POINT {
+        for &at in lit {
+            measure_distance(&groups[at], light.position, &mut interim[at]);
         }
     }
-    for lit in &mut *block {
-        let group = &groups[lit.group];
-        for k in 0..LANES {
-            let [x, y, z] = to_light::<POINT>(group, at, k);
-            let hx = x.mul_add(lit.inverse[k], group.to_viewer[0][k]);
-            let hy = y.mul_add(lit.inverse[k], group.to_viewer[1][k]);
-            let hz = z.mul_add(lit.inverse[k], group.to_viewer[2][k]);
-            // The summand keeps 0/0 away.
-            let square = hx.mul_add(hx, hy.mul_add(hy, hz.mul_add(hz, f32::MIN_POSITIVE)));
-            let along = lit.facing[k] * lit.inverse[k] + group.facing[k];
-            let n_h2 = along * along / square;
-            lit.power[k] = if n_h2 < 1.0 { n_h2 } else { 1.0 };
+    for &at in lit {
+        find_half_vector::<POINT>(&groups[at], light.position, &mut interim[at]);
+    }
+    for &at in lit {
+        let highlight = &mut interim[at].highlight;
+        for (highlight, exponent) in highlight.iter_mut().zip(groups[at].exponent) {
+            *highlight = exponent * log2(*highlight);
         }
     }
-    for lit in &mut *block {
-        let group = &groups[lit.group];
-        for (power, exponent) in lit.power.iter_mut().zip(group.exponent) {
-            *power = exponent * log2(*power);
-        }
+    for &at in lit {
+        reflect::<POINT>(&groups[at], light, &interim[at], &mut tiles[at]);
     }
+}
+
+/// Whether the light reaches a pixel of the group.
+#[inline(always)]
+fn faces<const POINT: bool>(group: &Group, light: [f32; 3], interim: &mut Interim) -> bool {
+    let mut any = false;
+    for k in 0..LANES {
+        let facing = dot_normal(group, k, to_light::<POINT>(group, light, k));
+        interim.facing[k] = facing;
+        any |= facing > 0.0;
+    }
+    any
+}
+
+#[inline(always)]
+fn measure_distance(group: &Group, light: [f32; 3], interim: &mut Interim) {
+    for k in 0..LANES {
+        let [x, y, z] = to_light::<true>(group, light, k);
+        interim.inverse[k] = reciprocal_sqrt(x.mul_add(x, y.mul_add(y, z * z)));
+    }
+}
+
+#[inline(always)]
+fn find_half_vector<const POINT: bool>(group: &Group, light: [f32; 3], interim: &mut Interim) {
+    for k in 0..LANES {
+        let [x, y, z] = to_light::<POINT>(group, light, k);
+        let inverse = if POINT { interim.inverse[k] } else { 1.0 };
+        let hx = x.mul_add(inverse, group.to_viewer[0][k]);
+        let hy = y.mul_add(inverse, group.to_viewer[1][k]);
+        let hz = z.mul_add(inverse, group.to_viewer[2][k]);
+        // The summand keeps 0/0 away.
+        let square = hx.mul_add(hx, hy.mul_add(hy, hz.mul_add(hz, f32::MIN_POSITIVE)));
+        let along = interim.facing[k] * inverse + group.facing[k];
+        let n_h2 = along * along / square;
+        interim.highlight[k] = if n_h2 < 1.0 { n_h2 } else { 1.0 };
+    }
+}
+
+#[inline(always)]
+fn reflect<const POINT: bool>(
+    group: &Group,
+    light: &LightRecord,
+    interim: &Interim,
+    tile: &mut Tile,
+) {
     let scale = if POINT { light.radius2 } else { 1.0 };
     let (diffuse, specular) = (light.diffuse * scale, light.specular * scale);
-    for lit in &*block {
-        let group = &groups[lit.group];
-        let tile = &mut tiles[lit.group];
-        for k in 0..LANES {
-            let inverse = lit.inverse[k];
-            let n_l = lit.facing[k] * inverse;
-            let strength = if n_l > 0.0 { n_l * (inverse * inverse) } else { 0.0 };
-            let highlight = exp2(lit.power[k]);
-            let reflected =
-                diffuse.mul_add(group.diffuse[k], specular * (group.specular[k] * highlight));
-            tile.0[k] = strength.mul_add(reflected, tile.0[k]);
+    for k in 0..LANES {
+        let inverse = if POINT { interim.inverse[k] } else { 1.0 };
+        let n_l = interim.facing[k] * inverse;
+        let strength = if n_l > 0.0 { n_l * (inverse * inverse) } else { 0.0 };
+        let highlight = exp2(interim.highlight[k]);
+        let reflected =
+            diffuse.mul_add(group.diffuse[k], specular * (group.specular[k] * highlight));
+        tile.0[k] = strength.mul_add(reflected, tile.0[k]);
+    }
+}
+
+/// Encodes a block's luminances, in two passes for the same reason.
+#[inline(always)]
+fn encode(tiles: &mut [Tile]) {
+    let mut exponents = [[0.0; LANES]; SHADE_BLOCK];
+    for (exponents, tile) in exponents.iter_mut().zip(&mut *tiles) {
+        for (exponent, i) in exponents.iter_mut().zip(&mut tile.0) {
+            *i = clamp(*i);
+            *exponent = srgb_exponent(*i);
+        }
+    }
+    for (exponents, tile) in exponents.iter().zip(tiles) {
+        for (&exponent, i) in exponents.iter().zip(&mut tile.0) {
+            *i = srgb_encode(*i, exponent);
         }
     }
 }
@@ -153,4 +201,3 @@ fn dot_normal(group: &Group, k: usize, [x, y, z]: [f32; 3]) -> f32 {
     let [nx, ny, nz] = &group.normal;
     nx[k].mul_add(x, ny[k].mul_add(y, nz[k] * z))
 }
-

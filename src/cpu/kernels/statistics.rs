@@ -1,8 +1,7 @@
-//! Sums over pictures.
+//! Sums over pictures: brightness and gradients.
 
 use super::super::compact::{LANES, Run, Taps};
 use super::super::fast_math::reciprocal_sqrt;
-use crate::objective::HISTOGRAM_BINS;
 use multiversion::multiversion;
 
 /// Terms that are added in single precision before a sum goes on in double precision.
@@ -16,107 +15,32 @@ pub fn moments(picture: &[f32]) -> (f64, f64) {
 
 #[inline(always)]
 pub(super) fn moments_in_lanes(picture: &[f32]) -> (f64, f64) {
-    // A pixel's own brightness lies near the mean where all are alike, so that little cancels below.
+    // In one pass, of what the pixels are off one of them. That one is at most `√n·σ` off the mean
+    // itself, so that little is lost where their variance is.
     let near = picture.first().copied().unwrap_or_default();
     let (mut sum, mut squares) = (0.0, 0.0);
     for block in picture.chunks(SUM_BLOCK) {
-        let (mut lanes, mut square_lanes) = ([0.0f32; LANES], [0.0f32; LANES]);
+        let (mut offs, mut off_squares) = ([0.0f32; LANES], [0.0f32; LANES]);
+        let mut add = |k: usize, i: f32| {
+            let off = i - near;
+            offs[k] += off;
+            off_squares[k] = off.mul_add(off, off_squares[k]);
+        };
         let mut chunks = block.chunks_exact(LANES);
         for chunk in &mut chunks {
             for k in 0..LANES {
-                let off = chunk[k] - near;
-                lanes[k] += off;
-                square_lanes[k] = off.mul_add(off, square_lanes[k]);
+                add(k, chunk[k]);
             }
         }
-        for (k, i) in chunks.remainder().iter().enumerate() {
-            let off = i - near;
-            lanes[k] += off;
-            square_lanes[k] = off.mul_add(off, square_lanes[k]);
+        for (k, &i) in chunks.remainder().iter().enumerate() {
+            add(k, i);
         }
-        sum += total(&lanes);
-        squares += total(&square_lanes);
+        sum += total(&offs);
+        squares += total(&off_squares);
     }
     let count = picture.len() as f64;
     let off = sum / count.max(1.0);
     (count.mul_add(near.into(), sum), squares - count * off * off)
-}
-
-/// Counts a picture's pixels in bins.
-#[multiversion(targets = "simd")]
-pub fn histogram(picture: &[f32]) -> [u32; HISTOGRAM_BINS] {
-    let mut counts = [0; HISTOGRAM_BINS];
-    for part in picture.chunks(255 * COUNT_BLOCK) {
-        count_bins(part, &mut counts);
-    }
-    counts
-}
-
-/// Words that are added bit by bit: one for each pixel, with the bit of its bin set.
-const WORD_LANES: usize = 32;
-/// Words of a lane in a block.
-const LANE_WORDS: usize = 32;
-/// Pixels that are counted together.
-const COUNT_BLOCK: usize = LANE_WORDS * WORD_LANES;
-type Words = [u32; WORD_LANES];
-
-#[inline(always)]
-fn count_bins(part: &[f32], counts: &mut [u32; HISTOGRAM_BINS]) {
-    let mut planes = [[0; WORD_LANES]; LANE_WORDS.ilog2() as usize];
-    let mut blocks = [[0; WORD_LANES]; 8];
-    let mut words = [0; COUNT_BLOCK];
-    for block in part.chunks(COUNT_BLOCK) {
-        for (word, &i) in words.iter_mut().zip(block) {
-            *word = 1 << bin_of(i);
-        }
-        words[block.len()..].fill(0);
-        let mut half = COUNT_BLOCK / 2;
-        for plane in &mut planes {
-            let (low, high) = words.split_at_mut(half);
-            let pairs = low.chunks_exact_mut(WORD_LANES).zip(high.chunks_exact(WORD_LANES));
-            for (low, high) in pairs {
-                for k in 0..WORD_LANES {
-                    let (a, b, c) = (low[k], high[k], plane[k]);
-                    low[k] = (a & b) | ((a ^ b) & c);
-                    plane[k] = a ^ b ^ c;
-                }
-            }
-            half /= 2;
-        }
-        spread(&words[..WORD_LANES], 0, &mut blocks);
-    }
-    let mut rest = [[0; WORD_LANES]; 8];
-    for (level, plane) in planes.iter().enumerate() {
-        spread(plane, level, &mut rest);
-    }
-    for (bin, count) in counts.iter_mut().enumerate() {
-        for k in 0..WORD_LANES {
-            let [blocks, rest] = [&blocks, &rest].map(|bytes| bytes[bin % 8][k] >> (bin / 8 * 8) & 255);
-            *count += LANE_WORDS as u32 * blocks + rest;
-        }
-    }
-}
-
-#[inline(always)]
-fn spread(words: &[u32], level: usize, bytes: &mut [Words; 8]) {
-    for (shift, bytes) in bytes.iter_mut().enumerate() {
-        for (byte, word) in bytes.iter_mut().zip(words) {
-            *byte += (word >> shift & 0x0101_0101) << level;
-        }
-    }
-}
-
-/// `min(31, floor(32·i))`, 0 for what is not above 0.
-#[inline(always)]
-fn bin_of(i: f32) -> u32 {
-    const LAST: f32 = (HISTOGRAM_BINS - 1) as f32;
-    let scaled = i * HISTOGRAM_BINS as f32;
-    let positive = if scaled > 0.0 { scaled } else { 0.0 };
-    let bin = if positive < LAST { positive } else { LAST };
-    // `as` would look for values out of range once more, which takes longer than all of the rest.
-    // SAFETY: `bin` lies in 0..=31; where `i` is not a number the first comparison has made it 0.
-    let bin: i32 = unsafe { bin.to_int_unchecked() };
-    bin as u32
 }
 
 /// Sum of `|∇I|` over runs of pixels whose neighbourhoods lie in the object.
@@ -148,36 +72,30 @@ pub(super) fn runs_gradient(picture: &[f32], runs: &[Run]) -> f64 {
     (total + lengths(&squares[..filled])) / 8.0
 }
 
+/// The same over the pixels between the ends of three rows.
 #[inline(always)]
-fn row_squares([a, h, b]: [&[f32]; 3], squares: &mut [f32]) {
+fn row_squares(rows: [&[f32]; 3], squares: &mut [f32]) {
     let len = squares.len();
-    let mut at = 0;
-    while at + LANES < len {
-        window_squares([a, h, b], at, squares);
-        at += LANES;
-    }
-    if len >= LANES {
-        window_squares([a, h, b], len - LANES, squares);
-    } else {
+    if len < LANES {
         for (k, square) in squares.iter_mut().enumerate() {
-            *square = row_square([a, h, b], k);
+            *square = square_in_rows(rows, k);
         }
+        return;
+    }
+    // The last lanes may be taken a second time.
+    for at in (0..len - LANES).step_by(LANES).chain([len - LANES]) {
+        let rows = rows.map(|row| &row[at..at + LANES + 2]);
+        let mut lanes = [0.0; LANES];
+        for (k, square) in lanes.iter_mut().enumerate() {
+            *square = square_in_rows(rows, k);
+        }
+        squares[at..at + LANES].copy_from_slice(&lanes);
     }
 }
 
+/// [`square`] in the pixel to the right of pixel `k` of a row.
 #[inline(always)]
-fn window_squares(rows: [&[f32]; 3], at: usize, squares: &mut [f32]) {
-    let rows = rows.map(|row| &row[at..at + LANES + 2]);
-    let mut window = [0.0; LANES];
-    for (k, square) in window.iter_mut().enumerate() {
-        *square = row_square(rows, k);
-    }
-    squares[at..at + LANES].copy_from_slice(&window);
-}
-
-/// `64·|∇I|²` in the pixel to the right of pixel `k` of a row.
-#[inline(always)]
-fn row_square([a, h, b]: [&[f32]; 3], k: usize) -> f32 {
+fn square_in_rows([a, h, b]: [&[f32]; 3], k: usize) -> f32 {
     square([a[k], a[k + 1], a[k + 2], h[k], h[k + 2], b[k], b[k + 1], b[k + 2]])
 }
 
@@ -238,4 +156,69 @@ fn sum(values: &[f32], f: impl Fn(f32) -> f32) -> f64 {
 #[inline(always)]
 fn total(lanes: &[f32; LANES]) -> f64 {
     lanes.iter().map(|&lane| f64::from(lane)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    fn exact_moments(picture: &[f32]) -> (f64, f64) {
+        let sum: f64 = picture.iter().map(|&i| f64::from(i)).sum();
+        let mean = sum / picture.len() as f64;
+        (sum, picture.iter().map(|&i| (f64::from(i) - mean).powi(2)).sum())
+    }
+
+    #[test]
+    fn moments_are_exact_enough_wherever_the_brightness_lies() {
+        let mut random = ChaCha8Rng::seed_from_u64(14);
+        for (mean, spread) in [(0.5, 0.5), (0.9, 0.01), (0.999, 1e-4), (0.3, 0.0)] {
+            let mut picture: Vec<f32> =
+                (0..40_003).map(|_| mean + spread * random.random_range(-1.0..1.0f32)).collect();
+            for first in [mean, 0.0, 1.0] {
+                picture[0] = first;
+                let (sum, squares) = moments(&picture);
+                let (exact_sum, exact_squares) = exact_moments(&picture);
+                let deviation = |squares: f64| (squares.max(0.0) / 40_003.0).sqrt();
+                let off = (deviation(squares) - deviation(exact_squares)).abs();
+                assert!((sum - exact_sum).abs() < 1e-7 * 40_003.0, "{mean} {spread} {first}");
+                assert!(off < 1e-5, "{mean} {spread} {first}: {off}");
+            }
+        }
+        assert_eq!(moments(&[]), (0.0, 0.0));
+        let (_, squares) = moments(&[0.25, 0.75]);
+        assert!((squares - exact_moments(&[0.25, 0.751]).1).abs() > 1e-5);
+    }
+
+    #[test]
+    fn gradients_of_runs_and_of_taps_agree() {
+        let mut random = ChaCha8Rng::seed_from_u64(12);
+        let width = 2100;
+        let picture: Vec<f32> = (0..3 * width).map(|_| random.random_range(0.0..1.0)).collect();
+        let around = |k: u32| {
+            let (here, below) = (k + width, k + 2 * width);
+            [k, k + 1, k + 2, here, here + 2, below, below + 1, below + 2]
+        };
+        let run = |first: u32, len| Run {
+            above: first,
+            here: first + width,
+            below: first + 2 * width,
+            len,
+        };
+        let lens = (1..=48).chain([1000, 1024, 1025, width - 2]);
+        for (first, len) in lens.flat_map(|len| [(0, len), (1, len.min(width - 3))]) {
+            let taps: Vec<Taps> = (first..first + len).map(around).collect();
+            // Two runs, so that the second begins in the middle of a block.
+            let both = interior_gradient(&picture, &[run(0, 21), run(first, len)]);
+            let short = interior_gradient(&picture, &[run(0, 21)]);
+            let tapped = tapped_gradient(&picture, &taps, 1.0, f32::MAX);
+            let error = (both - short - tapped).abs();
+            assert!(error < 1e-6 * f64::from(len + 21), "{first} {len}: {error}");
+            let other = tapped_gradient(&picture, &taps[1..], 1.0, f32::MAX);
+            assert!((both - short - other).abs() > 1e-4);
+        }
+        let flat = [0.5; 64];
+        assert_eq!(interior_gradient(&flat, &[Run { above: 0, here: 0, below: 0, len: 60 }]), 0.0);
+    }
 }
