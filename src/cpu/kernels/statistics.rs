@@ -22,19 +22,14 @@ pub(super) fn moments_in_lanes(picture: &[f32]) -> (f64, f64) {
     let (mut sum, mut squares) = (0.0, 0.0);
     for block in picture.chunks(SUM_BLOCK) {
         let (mut offs, mut off_squares) = ([0.0f32; LANES], [0.0f32; LANES]);
-        let mut add = |k: usize, i: f32| {
-            let off = i - near;
-            offs[k] += off;
-            off_squares[k] = off.mul_add(off, off_squares[k]);
-        };
         let mut chunks = block.chunks_exact(LANES);
         for chunk in &mut chunks {
             for k in 0..LANES {
-                add(k, chunk[k]);
+                add_deviation(chunk[k] - near, &mut offs[k], &mut off_squares[k]);
             }
         }
-        for (k, &i) in chunks.remainder().iter().enumerate() {
-            add(k, i);
+        for (k, i) in chunks.remainder().iter().enumerate() {
+            add_deviation(i - near, &mut offs[k], &mut off_squares[k]);
         }
         sum += total(&offs);
         squares += total(&off_squares);
@@ -44,12 +39,20 @@ pub(super) fn moments_in_lanes(picture: &[f32]) -> (f64, f64) {
     (count.mul_add(near.into(), sum), squares - count * off * off)
 }
 
+#[inline(always)]
+fn add_deviation(off: f32, sum: &mut f32, squares: &mut f32) {
+    *sum += off;
+    *squares = off.mul_add(off, *squares);
+}
+
 /// Sum of `|∇I|` over runs of pixels whose neighbourhoods lie in the object.
 #[multiversion(targets = "simd")]
 pub fn interior_gradient(picture: &[f32], runs: &[Run]) -> f64 {
     runs_gradient(picture, runs)
 }
 
+/// Squares are gathered in a block whatever the runs' lengths, so that the roots are taken in full
+/// lanes.
 #[inline(always)]
 pub(super) fn runs_gradient(picture: &[f32], runs: &[Run]) -> f64 {
     let mut squares = [0.0; SUM_BLOCK];
