@@ -1,0 +1,163 @@
+//! The inner loops of the native evaluator, compiled for several vector instruction sets, of which the
+//! machine's best is chosen at run time. All of them give the same bits: every sum is taken in
+//! [`LANES`] parts in a fixed order.
+
+mod histogram;
+mod shade;
+mod statistics;
+
+pub use histogram::histogram;
+pub use shade::shade;
+pub use statistics::{interior_gradient, moments, tapped_gradient};
+
+use super::compact::Lanes;
+use bytemuck::{Pod, Zeroable};
+
+/// A picture's pixels, group by group.
+#[repr(C, align(64))]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+pub struct Tile(Lanes);
+
+#[cfg(test)]
+mod tests {
+    use super::histogram::histogram_in_lanes;
+    use super::shade::shade_in_lanes;
+    use super::statistics::{moments_in_lanes, runs_gradient, taps_gradient};
+    use super::*;
+    use crate::cpu::compact::{Group, LANES, Run, Taps};
+    use crate::lighting::LightRecord;
+    use crate::objective::HISTOGRAM_BINS;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// What every kernel makes of the same input, as bits.
+    #[derive(Debug, PartialEq)]
+    struct Outcome {
+        picture: Vec<u32>,
+        sums: [u64; 4],
+        histogram: [u32; HISTOGRAM_BINS],
+    }
+
+    struct Input {
+        groups: Vec<Group>,
+        rig: Vec<LightRecord>,
+        taps: Vec<Taps>,
+    }
+
+    /// More than a block of groups and than a block of pixels to count, and no multiple of either.
+    const LEN: usize = 69 * LANES;
+    const RUNS: [Run; 2] = [
+        Run { above: 0, here: 21, below: 42, len: 36 },
+        Run { above: 7, here: 28, below: 49, len: 1030 },
+    ];
+
+    impl Input {
+        fn new() -> Self {
+            let mut random = ChaCha8Rng::seed_from_u64(11);
+            let mut number = |low: f32, high: f32| random.random_range(low..high);
+            let mut group = || {
+                let mut lanes = |low, high| -> Lanes { std::array::from_fn(|_| number(low, high)) };
+                Group {
+                    position: [lanes(-1.0, 1.0), lanes(-1.0, 1.0), lanes(-1.0, 1.0)],
+                    normal: [lanes(-0.6, 0.6), lanes(-0.6, 0.6), lanes(0.1, 0.8)],
+                    to_viewer: [lanes(-0.1, 0.1), lanes(-0.1, 0.1), lanes(0.9, 1.0)],
+                    facing: lanes(0.0, 1.0),
+                    diffuse: lanes(0.0, 1.0),
+                    specular: lanes(0.0, 2.0),
+                    exponent: lanes(0.5, 2048.0),
+                    unlit: lanes(0.0, 0.1),
+                }
+            };
+            let groups = (0..LEN / LANES).map(|_| group()).collect();
+            let light = |k: u16| LightRecord {
+                position: [number(-2.0, 2.0), number(-2.0, 2.0), number(1.0, 3.0)],
+                radius2: f32::from(k % 3) * 2.0,
+                diffuse: number(0.0, 0.2),
+                specular: number(0.0, 0.1),
+                padding: [0.0; 2],
+            };
+            let rig = (0..9).map(light).collect();
+            let tap = |_| std::array::from_fn(|_| number(0.0, LEN as f32) as u32);
+            Self { groups, rig, taps: (0..LANES).map(tap).collect() }
+        }
+
+        /// By the version that the caller is compiled for.
+        #[inline(always)]
+        fn outcome(&self) -> Outcome {
+            let mut tiles = vec![Tile::default(); self.groups.len()];
+            let stride = tiles.len();
+            shade_in_lanes(&self.groups, &self.rig, self.rig.len(), &mut tiles, stride);
+            let picture: &[f32] = bytemuck::cast_slice(&tiles);
+            Outcome::new(
+                picture,
+                moments_in_lanes(&picture[3..]),
+                runs_gradient(picture, &RUNS),
+                taps_gradient(picture, &self.taps, 1.0 / 0.06, 1.0),
+                histogram_in_lanes(&picture[3..]),
+            )
+        }
+
+        /// By the version that is chosen for this machine.
+        fn dispatched(&self) -> Outcome {
+            let mut tiles = vec![Tile::default(); self.groups.len()];
+            let stride = tiles.len();
+            shade(&self.groups, &self.rig, self.rig.len(), &mut tiles, stride);
+            let picture: &[f32] = bytemuck::cast_slice(&tiles);
+            Outcome::new(
+                picture,
+                moments(&picture[3..]),
+                interior_gradient(picture, &RUNS),
+                tapped_gradient(picture, &self.taps, 1.0 / 0.06, 1.0),
+                histogram(&picture[3..]),
+            )
+        }
+    }
+
+    impl Outcome {
+        fn new(
+            picture: &[f32],
+            (sum, squares): (f64, f64),
+            inner: f64,
+            outer: f64,
+            histogram: [u32; HISTOGRAM_BINS],
+        ) -> Self {
+            let sums = [sum, squares, inner, outer].map(f64::to_bits);
+            Self { picture: picture.iter().map(|i| i.to_bits()).collect(), sums, histogram }
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn avx2(input: &Input) -> Outcome {
+        input.outcome()
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx,avx2,fma,avx512f,avx512bw,avx512dq,avx512vl")]
+    fn avx512(input: &Input) -> Outcome {
+        input.outcome()
+    }
+
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        let mut input = Input::new();
+        let baseline = input.outcome();
+        assert_eq!(input.dispatched(), baseline);
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                // SAFETY: the machine has what the function is compiled for.
+                assert_eq!(unsafe { avx2(&input) }, baseline);
+            }
+            let wide = is_x86_feature_detected!("avx512bw") && is_x86_feature_detected!("avx512dq");
+            if wide && is_x86_feature_detected!("avx512vl") {
+                // SAFETY: as above.
+                assert_eq!(unsafe { avx512(&input) }, baseline);
+            }
+        }
+        // The last bits of one number are enough to tell two outcomes apart.
+        let unlit = &mut input.groups[0].unlit[5];
+        *unlit = f32::from_bits(unlit.to_bits() + 64);
+        assert_ne!(input.dispatched(), baseline);
+    }
+}
