@@ -76,6 +76,17 @@ impl Light {
         }
     }
 
+    /// Physical intensity of the diffuse part: a white diffuse surface that faces the light at the scene's
+    /// centre has the radiance `E/π = Id`, so it is `π·Id` lux of a directional light and `π·Id·R²` candela
+    /// of a point light, `R` in world units.
+    pub fn intensity(&self, frame: &Frame) -> f64 {
+        let area = match self.kind {
+            LightKind::Point => (f64::from(self.distance) * frame.radius).powi(2),
+            LightKind::Directional => 1.0,
+        };
+        std::f64::consts::PI * f64::from(self.diffuse) * area
+    }
+
     /// The light of the frame `from` in the frame `to`: a point light keeps its place in the world, a
     /// directional one its direction there. The intensities stay as they are; a point light at the very
     /// centre of `to` keeps its angles.
@@ -253,6 +264,8 @@ mod tests {
         let expected = DVec4::new(1.0, 2.0, -17.0, 1.0);
         assert!(light.to_world(&frame).abs_diff_eq(expected, 1e-5));
         let parallel = Light { kind: LightKind::Directional, ..light };
+        let pi = std::f64::consts::PI;
+        assert_eq!([light, parallel].map(|light| light.intensity(&frame)), [pi * 400.0, pi]);
         assert!(parallel.to_world(&frame).abs_diff_eq(DVec4::NEG_Z, 1e-6));
         let above = Light { elevation: std::f32::consts::FRAC_PI_2, ..parallel };
         assert!(above.to_world(&frame).abs_diff_eq(DVec4::Y, 1e-6));

@@ -118,6 +118,11 @@ impl Designer {
         &self.batch.population
     }
 
+    /// The lights of [`Designer::ask`], rig after rig, for those who render them.
+    pub fn rigs(&self) -> impl Iterator<Item = Rig> {
+        self.search.ask().iter().map(|chromosome| self.batch.genome.decode(chromosome))
+    }
+
     /// Takes the scores of [`Designer::ask`], in order.
     ///
     /// # Errors

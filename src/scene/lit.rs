@@ -11,7 +11,6 @@ use crate::{Error, Result};
 use document::{Document, array, object};
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
-use std::f64::consts::PI;
 use std::path::Path;
 
 /// The extension that holds lights.
@@ -25,10 +24,9 @@ const FAR: f64 = 1e4;
 /// lights of `rig` and the camera of `view` appended as nodes. What klieg appended to it before is
 /// replaced. Files that only unknown extensions name stay outside.
 ///
-/// Intensities are physical: a white diffuse surface that faces a light at the scene's centre has
-/// the radiance `E/π = Id`, so `π·Id` lux of a directional light and `π·Id·d²` candela of a point
-/// light at the distance `d`, in world units. The pair of intensities stands in the `extras` of the
-/// light's node as `{"klieg": {"light": {"role", "diffuse", "specular"}}}`.
+/// Intensities are physical, as [`Light::intensity`] says. The pair of diffuse and specular intensity
+/// stands in the `extras` of the light's node as
+/// `{"klieg": {"light": {"role", "diffuse", "specular"}}}`.
 ///
 /// # Errors
 /// [`Error::Input`] when `source` or a file that it names cannot be used, [`Error::Argument`] for a
@@ -133,11 +131,11 @@ fn add_light(document: &mut Document, light: Value) -> Result<usize> {
 }
 
 fn light_json(light: &Light, view: &View, name: &str) -> Value {
-    let (kind, area) = match light.kind {
-        LightKind::Point => ("point", (f64::from(light.distance) * view.frame.radius).powi(2)),
-        LightKind::Directional => ("directional", 1.0),
+    let kind = match light.kind {
+        LightKind::Point => "point",
+        LightKind::Directional => "directional",
     };
-    json!({ "name": name, "type": kind, "intensity": PI * f64::from(light.diffuse) * area })
+    json!({ "name": name, "type": kind, "intensity": light.intensity(&view.frame) })
 }
 
 fn light_node(light: &Light, view: &View, name: &str, index: usize) -> Value {
