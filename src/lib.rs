@@ -20,6 +20,8 @@ pub mod optimize;
 pub mod scene;
 pub mod study;
 
+#[cfg(any(feature = "c", test))]
+pub mod c;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "cli")]
