@@ -8,12 +8,26 @@ ARGS ?=
 LAVAPIPE = $(firstword $(wildcard $(addprefix /usr/share/vulkan/icd.d/, \
 	lvp_icd.$(shell uname -m).json lvp_icd.json)))
 
-.PHONY: help setup design test check
+# Where `make install` puts the C library, below DESTDIR where that is given, and how it is built.
+PREFIX ?= /usr/local
+LIBDIR ?= $(PREFIX)/lib
+PROFILE ?= release
+TARGET = $(or $(CARGO_TARGET_DIR),target)/$(patsubst dev,debug,$(PROFILE))
+
+# The version, and the part of it that names the binary interface: all before 1.0 may change with a
+# minor version.
+VERSION = $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
+ABI = $(shell echo $(VERSION) | sed 's/^\(0\.[0-9]*\|[1-9][0-9]*\)\..*/\1/')
+# What the static library needs besides, by `rustc --print native-static-libs`.
+PRIVATE = -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
+
+.PHONY: help setup design test check library install
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
 	@echo 'make test   run every test, on lavapipe with the Vulkan validation layers'
 	@echo 'make check  look for badly formatted code and for lints'
+	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the C library'
 	@echo 'make setup  only install what the others need, where it is missing'
 
 setup:
@@ -21,6 +35,24 @@ setup:
 
 design: setup
 	cargo run --release -- design "$(SCENE)" --out "$(OUT)" --device vulkan $(ARGS)
+
+library: setup
+	cargo rustc --profile $(PROFILE) --lib --no-default-features --features c \
+		--crate-type cdylib,staticlib -- -C link-arg=-Wl,-soname,libklieg.so.$(ABI)
+
+install: library
+	install -d "$(DESTDIR)$(PREFIX)/include" "$(DESTDIR)$(LIBDIR)/pkgconfig" "$(DESTDIR)$(LIBDIR)/cmake/klieg"
+	install -m 644 include/klieg.h "$(DESTDIR)$(PREFIX)/include"
+	install -m 644 $(TARGET)/libklieg.a "$(DESTDIR)$(LIBDIR)"
+	install -m 755 $(TARGET)/libklieg.so "$(DESTDIR)$(LIBDIR)/libklieg.so.$(VERSION)"
+	ln -sf libklieg.so.$(VERSION) "$(DESTDIR)$(LIBDIR)/libklieg.so.$(ABI)"
+	ln -sf libklieg.so.$(ABI) "$(DESTDIR)$(LIBDIR)/libklieg.so"
+	for file in pkgconfig/klieg.pc cmake/klieg/kliegConfig.cmake cmake/klieg/kliegConfigVersion.cmake; do \
+		sed -e 's|@PREFIX@|$(PREFIX)|; s|@LIBDIR@|$(LIBDIR)|; s|@VERSION@|$(VERSION)|; s|@ABI@|$(ABI)|' \
+			-e 's|@PRIVATE@|$(PRIVATE)|' \
+			-e "s|@INCLUDE_FROM_LIBDIR@|$$(realpath -m --relative-to '$(LIBDIR)' '$(PREFIX)/include')|" \
+			src/c/package/$${file##*/}.in >"$(DESTDIR)$(LIBDIR)/$$file" || exit 1; \
+	done
 
 test:
 	@.ci/setup test
@@ -30,3 +62,4 @@ check: setup
 	cargo fmt --check
 	cargo clippy --all-targets -- -D warnings
 	cargo clippy --no-default-features --lib -- -D warnings
+	cargo clippy --no-default-features --features c --lib -- -D warnings

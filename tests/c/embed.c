@@ -1,0 +1,329 @@
+/* An engine in C: everything that klieg.h offers on a device of klieg's own. Prints what it finds, a name
+ * and numbers a line, floats as their bits, for a comparison with the Rust interface.
+ *
+ * embed [leak]             all of it; with `leak`, leaves a scene behind
+ * embed cycles N [leak]    makes and destroys everything but contexts N times, and tells the memory
+ *                          that it takes; with `leak`, leaves the scenes behind
+ * embed contexts N         the same with contexts */
+
+#include "check.h"
+
+static void print(const char *name, const float *values, size_t count) {
+    printf("%s", name);
+    for (size_t i = 0; i < count; i++) {
+        uint32_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        printf(" %08x", bits);
+    }
+    printf("\n");
+}
+
+static void print_lights(const char *name, const klieg_light *lights, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        print(name, &lights[i].elevation, 5);
+    }
+}
+
+enum { WIDTH = 96, HEIGHT = 64 };
+
+static const double EYE[3] = {3.0, 2.5, 5.0}, TARGET[3] = {0.0, 0.0, 0.0}, UP[3] = {0.0, 1.0, 0.0};
+static const double HERE[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+static const double THERE[16] = {0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 1.5, 0.5, 0, 1};
+
+/* Two tetrahedra of a red, textured material. */
+static klieg_scene *make_scene(void) {
+    static const float positions[] = {1, 1, 1, -1, -1, 1, -1, 1, -1, 1, -1, -1};
+    static const float uvs[] = {0, 0, 1, 0, 0, 1, 1, 1};
+    static const uint32_t indices[] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    static const uint8_t texels[] = {255, 255, 255, 255, 64, 64, 64, 255,
+                                     64,  64,  64,  255, 255, 255, 255, 255};
+    klieg_scene *scene;
+    uint32_t texture, material, mesh;
+    CHECK(NULL, klieg_scene_create("two tetrahedra", &scene));
+    const klieg_texture chequers = {"chequers", 2, 2, texels, VK_TRUE, {0, KLIEG_WRAP_CLAMP}};
+    CHECK(scene, klieg_scene_add_texture(scene, &chequers, &texture));
+    klieg_material red;
+    CHECK(NULL, klieg_material_defaults(&red));
+    red.name = "red";
+    red.base_color[1] = red.base_color[2] = 0.25f;
+    red.metallic = 0.0f;
+    red.roughness = 0.5f;
+    red.base_color_texture.texture = texture;
+    CHECK(scene, klieg_scene_add_material(scene, &red, &material));
+    klieg_mesh tetrahedron = {.vertices = 4,
+                              .positions = positions,
+                              .uvs = {uvs, NULL},
+                              .index_count = COUNT(indices),
+                              .indices = indices,
+                              .material = material};
+    CHECK(scene, klieg_scene_add_mesh(scene, &tetrahedron, &mesh));
+    REFUSE(scene, klieg_scene_add_instance(scene, "", 7, HERE), KLIEG_ERROR_ARGUMENT, "mesh 7");
+    CHECK(scene, klieg_scene_add_instance(scene, "large", mesh, HERE));
+    CHECK(scene, klieg_scene_add_instance(scene, "small", mesh, THERE));
+    CHECK(scene, klieg_scene_finish(scene));
+    return scene;
+}
+
+static klieg_evaluator *make_evaluator(const klieg_context *context, const klieg_scene *scene) {
+    klieg_camera camera;
+    klieg_evaluator *evaluator;
+    const klieg_lens lens = KLIEG_LENS_PERSPECTIVE;
+    CHECK(NULL, klieg_camera_look_at(EYE, TARGET, UP, lens, 0.7, &camera));
+    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, NULL, NULL,
+                                            &evaluator));
+    return evaluator;
+}
+
+static void measure(klieg_evaluator *evaluator) {
+    for (klieg_preset preset = 0; preset < 3; preset++) {
+        klieg_light rig[KLIEG_MAX_LIGHTS];
+        uint32_t lights;
+        klieg_quality quality;
+        float score;
+        CHECK(NULL, klieg_preset_lights(preset, rig, KLIEG_MAX_LIGHTS, &lights));
+        CHECK(evaluator, klieg_evaluator_evaluate(evaluator, rig, 1, lights, &score));
+        CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
+        EXPECT(score == quality.score);
+        print("preset", &quality.score, 6);
+    }
+}
+
+static void place(klieg_evaluator *evaluator) {
+    klieg_frame frame;
+    klieg_light light = {KLIEG_ROLE_KEY, KLIEG_LIGHT_POINT, 0.5f, 0.25f, 2.0f, 1.5f, 0.5f};
+    klieg_world_light world;
+    CHECK(evaluator, klieg_evaluator_frame(evaluator, &frame));
+    CHECK(NULL, klieg_lights_in_world(&frame, &light, 1, &world));
+    const float numbers[] = {(float)world.position[0], (float)world.position[1],
+                             (float)world.position[2], (float)world.direction[0],
+                             (float)world.intensity,   (float)world.distance};
+    print("world", numbers, COUNT(numbers));
+}
+
+static void search(klieg_evaluator *evaluator) {
+    const klieg_role roles[] = {KLIEG_ROLE_KEY, KLIEG_ROLE_RIM};
+    klieg_design design;
+    klieg_designer *designer, *other;
+    klieg_progress progress, told;
+    klieg_light first[COUNT(roles)], best[COUNT(roles)], all[12 * COUNT(roles)];
+    float score, scores[12];
+    uint32_t rigs;
+    CHECK(NULL, klieg_design_defaults(&design));
+    design.roles = roles;
+    design.lights = COUNT(roles);
+    design.population = COUNT(scores);
+    design.seed = 7;
+    CHECK(evaluator, klieg_evaluator_suggest(evaluator, &design, first));
+    print_lights("first", first, design.lights);
+    design.first = first;
+    CHECK(NULL, klieg_designer_create(&design, &designer));
+    CHECK(NULL, klieg_designer_create(&design, &other));
+    EXPECT(klieg_designer_best(designer, NULL, 0, &score) == KLIEG_NOTHING_YET);
+    CHECK(designer, klieg_designer_advance(designer, evaluator, 4, &progress));
+    EXPECT(progress.generation == 4);
+
+    /* The same by asking and telling. */
+    for (int generation = 0; generation < 4; generation++) {
+        CHECK(other, klieg_designer_ask(other, all, COUNT(all), &rigs));
+        CHECK(evaluator, klieg_evaluator_evaluate(evaluator, all, rigs, design.lights, scores));
+        REFUSE(other, klieg_designer_tell(other, scores, rigs - 1, NULL), KLIEG_ERROR_ARGUMENT,
+               "scores");
+        CHECK(other, klieg_designer_tell(other, scores, rigs, &told));
+    }
+    EXPECT(progress.generation == told.generation && progress.evaluations == told.evaluations);
+    EXPECT(memcmp(&progress.best, &told.best, 3 * sizeof told.best) == 0);
+    print("progress", &progress.best, 3);
+
+    CHECK(designer, klieg_designer_best(designer, best, design.lights, &score));
+    print("best", &score, 1);
+    print_lights("best", best, design.lights);
+    CHECK(designer, klieg_designer_advance_for(designer, evaluator, 0.0, &progress));
+    EXPECT(progress.generation == 5);
+
+    klieg_frame frame, turned;
+    CHECK(evaluator, klieg_evaluator_frame(evaluator, &frame));
+    turned = frame;
+    for (int i = 0; i < 3; i++) {
+        turned.right[i] = frame.back[i];
+        turned.back[i] = -frame.right[i];
+    }
+    CHECK(designer, klieg_designer_follow(designer, &frame, &turned));
+    CHECK(designer, klieg_designer_renew(designer));
+    CHECK(designer, klieg_designer_ask(designer, NULL, 0, &rigs));
+    EXPECT(rigs == COUNT(scores));
+    klieg_designer_destroy(designer);
+    klieg_designer_destroy(other);
+}
+
+/* What is wrong is told, and nothing breaks. */
+static void provoke(klieg_context *context, klieg_evaluator *evaluator) {
+    klieg_light light = {KLIEG_ROLE_KEY, KLIEG_LIGHT_POINT, 0.5f, 0.25f, 2.0f, 1.5f, 0.5f};
+    klieg_context *none = context;
+    klieg_scene *scene;
+    klieg_evaluator *of_surface;
+    klieg_frame frame;
+    klieg_camera camera;
+    float score;
+    uint32_t count;
+    REFUSE(NULL, klieg_context_create(KLIEG_VERSION + 1000, NULL, NULL, &none),
+           KLIEG_ERROR_VERSION, "built for");
+    EXPECT(none == NULL);
+    REFUSE(NULL, klieg_context_create(KLIEG_VERSION, "no such device", NULL, &none),
+           KLIEG_ERROR_ARGUMENT, "no such device");
+    klieg_tuning tuning;
+    CHECK(NULL, klieg_tuning_defaults(&tuning));
+    tuning.pipeline = 9;
+    REFUSE(NULL, klieg_context_create(KLIEG_VERSION, NULL, &tuning, &none), KLIEG_ERROR_ARGUMENT,
+           "pipeline 9");
+    REFUSE(NULL, klieg_context_borrow(KLIEG_VERSION, NULL, 0, NULL, &none), KLIEG_ERROR_ARGUMENT,
+           "device is NULL");
+    const klieg_device nothing = {0};
+    REFUSE(NULL, klieg_context_borrow(KLIEG_VERSION, &nothing, 0, NULL, &none),
+           KLIEG_ERROR_ARGUMENT, "get_instance_proc_addr");
+    REFUSE(NULL, klieg_context_create(KLIEG_VERSION, NULL, NULL, NULL), KLIEG_ERROR_ARGUMENT,
+           "NULL");
+
+    REFUSE(NULL, klieg_scene_load("no such file.glb", &scene), KLIEG_ERROR_INPUT, "no such file");
+    REFUSE(NULL, klieg_scene_load("\xff", &scene), KLIEG_ERROR_ARGUMENT, "UTF-8");
+    CHECK(NULL, klieg_scene_create(NULL, &scene));
+    EXPECT(strcmp(klieg_error(scene), "") == 0);
+    REFUSE(scene, klieg_scene_finish(scene), KLIEG_ERROR_ARGUMENT, "nothing");
+    REFUSE(scene, klieg_scene_add_mesh(scene, NULL, &count), KLIEG_ERROR_ARGUMENT, "mesh is NULL");
+    klieg_mesh huge = {.vertices = SIZE_MAX / 2, .positions = &light.elevation};
+    REFUSE(scene, klieg_scene_add_mesh(scene, &huge, &count), KLIEG_ERROR_ARGUMENT, "positions");
+    CHECK(NULL, klieg_camera_look_at(EYE, TARGET, UP, KLIEG_LENS_PERSPECTIVE, 0.7, &camera));
+    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, NULL, NULL, &of_surface),
+           KLIEG_ERROR_ARGUMENT, "not finished");
+    klieg_scene_destroy(scene);
+    REFUSE(NULL, klieg_camera_look_at(EYE, EYE, UP, KLIEG_LENS_PERSPECTIVE, 0.7, &camera),
+           KLIEG_ERROR_ARGUMENT, "one");
+
+    REFUSE(NULL, klieg_evaluator_evaluate(NULL, &light, 1, 1, &score), KLIEG_ERROR_ARGUMENT, "NULL");
+    REFUSE(evaluator, klieg_evaluator_evaluate(evaluator, NULL, 1, 1, &score),
+           KLIEG_ERROR_ARGUMENT, "lights is NULL");
+    REFUSE(evaluator, klieg_evaluator_evaluate(evaluator, &light, 1, 0, &score),
+           KLIEG_ERROR_ARGUMENT, "0 lights");
+    REFUSE(evaluator, klieg_evaluator_evaluate(evaluator, &light, 1, 1, NULL),
+           KLIEG_ERROR_ARGUMENT, "scores is NULL");
+    light.role = -1;
+    REFUSE(evaluator, klieg_evaluator_evaluate(evaluator, &light, 1, 1, &score),
+           KLIEG_ERROR_ARGUMENT, "role -1");
+    REFUSE(evaluator, klieg_evaluator_look(evaluator, NULL, NULL), KLIEG_ERROR_ARGUMENT, "surface");
+    CHECK(context, klieg_evaluator_of_surface(context, 8, 8, NULL, NULL, &of_surface));
+    REFUSE(of_surface, klieg_evaluator_frame(of_surface, &frame), KLIEG_NOTHING_YET, "nothing");
+    REFUSE(of_surface, klieg_evaluator_evaluate_pictures(of_surface, NULL, 1, &score),
+           KLIEG_ERROR_ARGUMENT, "pictures is NULL");
+    klieg_evaluator_destroy(of_surface);
+    REFUSE(NULL, klieg_preset_lights(3, &light, 1, &count), KLIEG_ERROR_ARGUMENT, "preset 3");
+    REFUSE(NULL, klieg_preset_lights(1, &light, 1, &count), KLIEG_ERROR_ARGUMENT, "room for 1");
+    klieg_context_destroy(NULL);
+}
+
+/* Kilobytes that the process has in memory. */
+static long resident(void) {
+    long size = 0, pages = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    EXPECT(file != NULL && fscanf(file, "%ld %ld", &size, &pages) == 2);
+    fclose(file);
+    return pages * 4;
+}
+
+static void cycle_once(const klieg_context *context, int leak) {
+    klieg_scene *scene = make_scene();
+    klieg_evaluator *evaluator = make_evaluator(context, scene);
+    klieg_light rig[KLIEG_MAX_LIGHTS];
+    uint32_t lights;
+    float score;
+    CHECK(NULL, klieg_preset_lights(KLIEG_PRESET_THREE_POINT, rig, COUNT(rig), &lights));
+    CHECK(evaluator, klieg_evaluator_evaluate(evaluator, rig, 1, lights, &score));
+    if (!leak) {
+        klieg_scene_destroy(scene);
+    }
+    klieg_evaluator_destroy(evaluator);
+    klieg_design design;
+    klieg_designer *designer;
+    const klieg_role role = KLIEG_ROLE_KEY;
+    CHECK(NULL, klieg_design_defaults(&design));
+    design.roles = &role;
+    design.lights = 1;
+    CHECK(NULL, klieg_designer_create(&design, &designer));
+    klieg_designer_destroy(designer);
+}
+
+/* Everything but contexts. */
+static void cycles(int count, int leak) {
+    klieg_context *context;
+    klieg_counters before, after;
+    long resident_before = 0;
+    CHECK(NULL, klieg_context_create(KLIEG_VERSION, NULL, NULL, &context));
+    for (int i = 0; i < count; i++) {
+        if (i == count / 5) {
+            resident_before = resident();
+            CHECK(context, klieg_context_counters(context, &before));
+        }
+        cycle_once(context, leak);
+    }
+    CHECK(context, klieg_context_counters(context, &after));
+    printf("resident %ld %ld\n", resident_before, resident());
+    printf("memory %llu %llu\n", (unsigned long long)before.memory,
+           (unsigned long long)after.memory);
+    printf("pipelines %llu %llu\n", (unsigned long long)before.pipelines,
+           (unsigned long long)after.pipelines);
+    klieg_context_destroy(context);
+}
+
+static void contexts(int count) {
+    long resident_before = 0;
+    for (int i = 0; i < count; i++) {
+        klieg_context *context;
+        if (i == count / 5) {
+            resident_before = resident();
+        }
+        CHECK(NULL, klieg_context_create(KLIEG_VERSION, NULL, NULL, &context));
+        klieg_context_destroy(context);
+    }
+    printf("resident %ld %ld\n", resident_before, resident());
+}
+
+/* Keeps the driver loaded, so that a leak's report can name it. */
+static klieg_context *kept;
+
+int main(int count, char **arguments) {
+    if (count >= 3 && strcmp(arguments[1], "cycles") == 0) {
+        cycles(atoi(arguments[2]), count > 3);
+        return 0;
+    }
+    if (count == 3 && strcmp(arguments[1], "contexts") == 0) {
+        contexts(atoi(arguments[2]));
+        return 0;
+    }
+    klieg_context *context;
+    EXPECT(klieg_version() == KLIEG_VERSION);
+    CHECK(NULL, klieg_context_create(KLIEG_VERSION, NULL, NULL, &kept));
+    CHECK(NULL, klieg_context_create(KLIEG_VERSION, NULL, NULL, &context));
+    EXPECT(strlen(klieg_context_device_name(context)) > 0);
+    klieg_requirements requirements;
+    CHECK(NULL, klieg_requirements_for(KLIEG_NEEDS_ALL, &requirements));
+    EXPECT(requirements.features.geometry_shader && requirements.limit_count > 0);
+    EXPECT(strncmp(requirements.limits[0].name, "max", 3) == 0);
+
+    klieg_scene *scene = make_scene();
+    double center[3], radius;
+    uint32_t triangles;
+    CHECK(scene, klieg_scene_bounds(scene, center, &radius, &triangles));
+    EXPECT(triangles == 8 && radius > 1.0 && center[0] > 0.0);
+    EXPECT(strcmp(klieg_scene_warnings(scene), "") == 0);
+    klieg_evaluator *evaluator = make_evaluator(context, scene);
+    if (count == 1) {
+        klieg_scene_destroy(scene);
+    }
+    measure(evaluator);
+    place(evaluator);
+    search(evaluator);
+    provoke(context, evaluator);
+    /* The context may go first. */
+    klieg_context_destroy(context);
+    measure(evaluator);
+    klieg_evaluator_destroy(evaluator);
+    return 0;
+}
