@@ -6,7 +6,7 @@ use super::borrowed::{BorrowedDevice, Held, QueueLock};
 use super::cache::Cache;
 use super::choice::{ComputeShape, PipelineKind};
 use super::devices::{self, DeviceChoice, DeviceReport};
-use super::features::{EnabledFeatures, FeatureChain};
+use super::home::{Home, create_device};
 use super::instance::OwnedInstance;
 use super::requirements::{self, Given, Needs};
 use crate::{Error, Result};
@@ -83,46 +83,6 @@ pub struct Context {
     shape: ComputeShape,
     forgotten: AtomicBool,
     home: Home,
-}
-
-/// Whose device and instance they are.
-enum Home {
-    /// Dropped in this order.
-    Owned { device: OwnedDevice, instance: OwnedInstance },
-    /// The engine's, which destroys them.
-    Borrowed { device: ash::Device, instance: ash::Instance },
-}
-
-impl Home {
-    fn device(&self) -> &ash::Device {
-        match self {
-            Self::Owned { device, .. } => &device.raw,
-            Self::Borrowed { device, .. } => device,
-        }
-    }
-
-    fn instance(&self) -> &ash::Instance {
-        match self {
-            Self::Owned { instance, .. } => &instance.raw,
-            Self::Borrowed { instance, .. } => instance,
-        }
-    }
-}
-
-/// A device that we created and destroy.
-struct OwnedDevice {
-    raw: ash::Device,
-}
-
-impl Drop for OwnedDevice {
-    fn drop(&mut self) {
-        // SAFETY: everything made on the device held the context and is gone; a failed wait means a
-        // lost device, which may be destroyed all the same.
-        unsafe {
-            let _ = self.raw.device_wait_idle();
-            self.raw.destroy_device(None);
-        }
-    }
 }
 
 /// What a context is made of besides its home.
@@ -440,24 +400,4 @@ impl Drop for Context {
             unsafe { ManuallyDrop::drop(&mut self.allocator) };
         }
     }
-}
-
-/// A device with all that klieg can use, and whether an index may have any 32-bit value.
-fn create_device(
-    instance: &ash::Instance,
-    physical: vk::PhysicalDevice,
-    queue_family: u32,
-) -> Result<(OwnedDevice, bool)> {
-    let queues = [vk::DeviceQueueCreateInfo::default()
-        .queue_family_index(queue_family)
-        .queue_priorities(&[1.0])];
-    let wanted = EnabledFeatures::supported(instance, physical);
-    let mut chain = FeatureChain::new(wanted);
-    let mut info = vk::DeviceCreateInfo::default().queue_create_infos(&queues);
-    // SAFETY: the device has the features; `info` and the chain outlive the call.
-    let raw = unsafe {
-        chain.fill(&mut info)?;
-        instance.create_device(physical, &info, None).call("vkCreateDevice")?
-    };
-    Ok((OwnedDevice { raw }, wanted.full_draw_index_uint32))
 }

@@ -18,6 +18,7 @@ mod forward;
 mod generation;
 mod geometry;
 mod graphics;
+mod home;
 mod instance;
 mod layered;
 pub mod layout;
