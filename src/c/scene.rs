@@ -18,7 +18,7 @@ pub struct klieg_scene(());
 /// A scene, or the parts of one.
 pub(super) enum SceneBody {
     Parts(SceneBuilder, CString),
-    Whole(Box<Scene>, CString),
+    Whole(Scene, CString),
 }
 
 impl Opaque for klieg_scene {
@@ -28,7 +28,7 @@ impl Opaque for klieg_scene {
 impl SceneBody {
     fn whole(scene: Scene) -> Self {
         let warnings = CString::new(scene.warnings.join("\n")).unwrap_or_default();
-        Self::Whole(Box::new(scene), warnings)
+        Self::Whole(scene, warnings)
     }
 
     pub fn finished(&self) -> Outcome<&Scene> {
