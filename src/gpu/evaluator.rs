@@ -29,6 +29,38 @@ use std::sync::Arc;
 /// The first generation makes the memory and the pipelines that it needs; a later one makes none,
 /// unless it has more individuals or lights than any before, or another number of lights a rig. The
 /// pipelines are the context's: an evaluator that follows on the same context finds them made.
+///
+/// ```
+/// use klieg::evaluate::Evaluator;
+/// use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
+/// use klieg::lighting::presets::Preset;
+/// use klieg::lighting::shading::Shading;
+/// use klieg::lighting::Population;
+/// use klieg::objective::Objective;
+/// use klieg::scene::build::{MeshData, SceneBuilder};
+/// use klieg::scene::view::{Camera, Projection, View};
+/// use klieg::glam::{DMat4, DVec3};
+///
+/// let positions = [[1., 1., 1.], [-1., -1., 1.], [-1., 1., -1.], [1., -1., -1.]];
+/// let indices = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+/// let mut builder = SceneBuilder::default();
+/// let mesh = MeshData { positions: &positions, indices: Some(&indices), ..MeshData::default() };
+/// let mesh = builder.add_mesh(&mesh)?;
+/// builder.add_instance("tetrahedron", mesh, DMat4::IDENTITY)?;
+/// let scene = builder.finish("example")?;
+/// let lens = Projection::Perspective { yfov: 0.7 };
+/// let camera = Camera::look_at(DVec3::new(1.0, 2.0, 6.0), DVec3::ZERO, DVec3::Y, lens)?;
+/// let view = View::new(&scene, camera, 64, 64)?;
+///
+/// let context = Context::new(&ContextOptions::default())?;
+/// let (objective, shading) = (Objective::default(), Shading::default());
+/// let mut klieg = GpuEvaluator::new(&context, &scene, &view, objective, shading)?;
+/// let rigs = [Preset::Headlight.rig()];
+/// let mut scores = [0.0];
+/// klieg.evaluate(&Population::of(rigs.iter().map(Vec::as_slice))?, &mut scores)?;
+/// assert!((0.0..1.0).contains(&scores[0]));
+/// # Ok::<(), klieg::Error>(())
+/// ```
 pub struct GpuEvaluator {
     generation: Option<GenerationMemory>,
     recorded: Option<(u32, usize)>,

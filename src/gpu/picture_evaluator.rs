@@ -25,6 +25,32 @@ use std::sync::Arc;
 /// The engine draws its surface once for a view, [`PictureEvaluator::record_view`] makes the maps of
 /// it; then it renders the same view under lights of its choice, a layer for each choice, and
 /// [`PictureEvaluator::record`] measures the layers. Before the first view the picture is empty.
+///
+/// ```no_run
+/// use ash::vk;
+/// use klieg::gpu::{
+///     Context, EngineImage, ImportedSurface, PictureEvaluator, ScoreTarget, SurfaceImages,
+/// };
+/// use klieg::objective::Objective;
+/// use klieg::scene::engine::{EngineCamera, PictureFormat, SurfaceFormat};
+/// # use std::sync::Arc;
+///
+/// # unsafe fn frame(context: &Arc<Context>, images: SurfaceImages, array: vk::ImageView,
+/// #     camera: EngineCamera, cmd: vk::CommandBuffer, buffer: vk::Buffer,
+/// # ) -> klieg::Result<()> { unsafe {
+/// let mut klieg = PictureEvaluator::new(context, [640, 360], Objective::default())?;
+/// klieg.reserve(30)?;
+/// let surface: ImportedSurface = klieg.import_surface(&images, &SurfaceFormat::default())?;
+/// let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+/// let array = EngineImage { view: array, layout };
+/// let pictures = klieg.import_pictures(array, 30, PictureFormat::default())?;
+///
+/// // Each frame: the view, the engine's 30 layers, and their scores.
+/// klieg.record_view(cmd, &surface, &camera)?;
+/// // … the engine renders …
+/// klieg.record(cmd, &pictures, 0, 30, ScoreTarget::Buffer { buffer, offset: 0 })?;
+/// # Ok(()) } }
+/// ```
 pub struct PictureEvaluator {
     generation: Option<GenerationMemory>,
     commands: Commands,

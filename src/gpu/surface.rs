@@ -287,6 +287,42 @@ fn block(surface: &ImportedSurface, camera: &EngineCamera, view: &View) -> Engin
 /// The engine draws, [`SurfaceEvaluator::record_view`] makes the maps of what is seen, and
 /// [`SurfaceEvaluator::evaluator`] measures populations of lights against them. Before the first view
 /// the picture is empty. The memory is for pictures whose every pixel shows an object.
+///
+/// ```no_run
+/// use ash::vk;
+/// use klieg::gpu::{Context, EngineImage, ScoreTarget, SurfaceEvaluator, SurfaceImages};
+/// use klieg::lighting::shading::Shading;
+/// use klieg::objective::Objective;
+/// use klieg::optimize::Designer;
+/// use klieg::scene::engine::{EngineCamera, SurfaceFormat};
+/// # use std::sync::Arc;
+///
+/// # unsafe fn frame(context: &Arc<Context>, [depth, normal]: [vk::ImageView; 2], camera: EngineCamera,
+/// #     cmd: vk::CommandBuffer, buffer: vk::Buffer, designer: &mut Designer, scores: &[f32],
+/// # ) -> klieg::Result<()> { unsafe {
+/// let size = [1280, 720];
+/// let mut klieg =
+///     SurfaceEvaluator::new(context, size, Objective::default(), Shading::default())?;
+/// klieg.evaluator().reserve(30, 2)?;
+/// let image = |view| EngineImage { view, layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL };
+/// let images = SurfaceImages {
+///     depth: image(depth),
+///     normal: Some(image(normal)),
+///     base_color: None,
+///     roughness_metallic: None,
+///     emissive: None,
+///     ids: None,
+/// };
+/// let surface = klieg.import(&images, &SurfaceFormat::default())?;
+///
+/// // Each frame, after the engine's G-buffer pass.
+/// klieg.record_view(cmd, &surface, &camera)?;
+/// let target = ScoreTarget::Buffer { buffer, offset: 0 };
+/// klieg.evaluator().record(cmd, designer.ask(), target)?;
+/// // After the frame's fence.
+/// designer.tell(scores)?;
+/// # Ok(()) } }
+/// ```
 pub struct SurfaceEvaluator {
     evaluator: GpuEvaluator,
     stages: SurfaceStages,
