@@ -164,9 +164,10 @@ const EARLIER: Scope = (
 const UPDATE_BYTES: usize = 65536;
 
 impl Context {
-    /// What comes before, on a queue of this kind.
+    /// What klieg's recordings use: the graphics stages only where they may draw, so that an engine's own
+    /// draws need not wait.
     fn earlier(&self) -> Scope {
-        match self.needs().draws() {
+        match self.needs().layers {
             true => EARLIER,
             false => (EARLIER.0 & !vk::PipelineStageFlags::ALL_GRAPHICS, EARLIER.1),
         }

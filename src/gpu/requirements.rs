@@ -24,7 +24,7 @@ impl Needs {
     /// What an engine with pictures or a surface of its own needs.
     pub const COMPUTE: Self = Self { scene: false, layers: false };
 
-    pub(super) fn draws(self) -> bool {
+    fn draws(self) -> bool {
         self.scene || self.layers
     }
 
