@@ -42,11 +42,11 @@ void main() {
             ivec2 pixel = ivec2(x, y);
             vec3 look = texelFetch(surface_2, pixel, 0).xyz; // specular, unlit, type
             uint present = bits(left) | bits(middle) << 1 | bits(right) << 2;
-            taps[number] = Taps(up, down, present, uint(look.z));
+            imageStore(taps_out, int(number), uvec4(up, down, present, uint(look.z)));
             places[number] = y * parameters.size.x + x;
-            positions[number] = texelFetch(surface_0, pixel, 0);
-            normals[number] = texelFetch(surface_1, pixel, 0);
-            looks[number] = look.xy;
+            imageStore(positions_out, int(number), texelFetch(surface_0, pixel, 0));
+            imageStore(normals_out, int(number), texelFetch(surface_1, pixel, 0));
+            looks_out[number] = look.xy;
         }
         up += uint(middle.x);
         number += uint(middle.y);

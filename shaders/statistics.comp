@@ -19,6 +19,10 @@ struct Row {
     vec4 right;
 };
 
+vec4 brightness_at(uint number) {
+    return texelFetch(brightness, int(number));
+}
+
 // The brightnesses of neighbours k, k + 1 and k + 2, or the centre's where they are not there.
 Row present_or(Row row, uint present, uint k, vec4 center) {
     return Row((present >> k & 1) != 0 ? row.left : center,
@@ -28,7 +32,7 @@ Row present_or(Row row, uint present, uint k, vec4 center) {
 
 void main() {
     uint objects = view_statistics.surface + view_statistics.edge;
-    uint base = gl_WorkGroupID.y * positions.length();
+    uint base = gl_WorkGroupID.y * stride();
     uint words[BLOCK][WORDS];
     [[unroll]] for (uint i = 0; i < BLOCK; ++i) {
         [[unroll]] for (uint w = 0; w < WORDS; ++w) {
@@ -37,7 +41,7 @@ void main() {
     }
     uint first = gl_GlobalInvocationID.x * PIXELS;
     uint end = min(first + PIXELS, objects);
-    vec4 origin = brightness[base + min(first, max(objects, 1) - 1)];
+    vec4 origin = brightness_at(base + min(first, max(objects, 1) - 1));
     vec4 sum = vec4(0.0);
     vec4 squares = vec4(0.0);
     vec4 surface = vec4(0.0);
@@ -47,8 +51,8 @@ void main() {
     Row below;
     bool follows = false; // whether the pixel before is the left neighbour
     for (uint number = first; number < end; ++number) {
-        Taps at = taps[number];
-        uint present = at.present;
+        uvec4 at = texelFetch(taps, int(number));
+        uint present = at.z;
         uint last = base + objects - 1;
         if (follows) {
             above.left = above.middle;
@@ -58,16 +62,16 @@ void main() {
             here.middle = here.right;
             below.middle = below.right;
         } else {
-            above.left = brightness[clamp(base + at.up - 1, base, last)];
-            above.middle = brightness[min(base + at.up, last)];
-            here.left = brightness[clamp(base + number - 1, base, last)];
-            here.middle = brightness[base + number];
-            below.left = brightness[clamp(base + at.down - 1, base, last)];
-            below.middle = brightness[min(base + at.down, last)];
+            above.left = brightness_at(clamp(base + at.x - 1, base, last));
+            above.middle = brightness_at(min(base + at.x, last));
+            here.left = brightness_at(clamp(base + number - 1, base, last));
+            here.middle = brightness_at(base + number);
+            below.left = brightness_at(clamp(base + at.y - 1, base, last));
+            below.middle = brightness_at(min(base + at.y, last));
         }
-        above.right = brightness[min(base + at.up + (present >> 1 & 1), last)];
-        here.right = brightness[min(base + number + 1, last)];
-        below.right = brightness[min(base + at.down + (present >> 7 & 1), last)];
+        above.right = brightness_at(min(base + at.x + (present >> 1 & 1), last));
+        here.right = brightness_at(min(base + number + 1, last));
+        below.right = brightness_at(min(base + at.y + (present >> 7 & 1), last));
         follows = (present >> 5 & 1) != 0;
 
         vec4 center = here.middle;
@@ -77,7 +81,7 @@ void main() {
         vec4 x = (a.right + 2.0 * h.right + b.right) - (a.left + 2.0 * h.left + b.left);
         vec4 y = (b.left + 2.0 * b.middle + b.right) - (a.left + 2.0 * a.middle + a.right);
         vec4 slope = sqrt(x * x + y * y) / 8.0;
-        bool inner = at.kind == SURFACE;
+        bool inner = at.w == SURFACE;
         surface += inner ? slope : vec4(0.0);
         edge += inner ? vec4(0.0) : min(slope / parameters.edge_contrast, vec4(1.0));
         vec4 distance = center - origin;

@@ -2,7 +2,7 @@
 
 use klieg::gpu::layout::{
     Camera, Chunk, Detail, EngineSurface, GradientPart, InstanceRecord, MaterialRecord, MomentPart,
-    Parameters, Taps, TextureUse, Tile, ViewStatistics,
+    Parameters, TextureUse, Tile, ViewStatistics,
 };
 use klieg::gpu::shaders;
 use klieg::lighting::LightRecord;
@@ -77,7 +77,6 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 padding,
             }),
         ),
-        ("Taps", host!(Taps { up, down, present, kind })),
         (
             "Camera",
             host!(Camera {

@@ -11,22 +11,35 @@ const uint BLOCK = 4;
 // Lights of a block, behind those that only alignment brings along.
 const uint WINDOW = 72;
 
-struct Taps {
-    uint up; // number of the first object pixel that is not left of the one above
-    uint down; // and of the one below
-    uint present; // bit k: neighbour k of the nine, row after row, is an object pixel
-    uint kind; // SURFACE or EDGE
+layout(set = 1, binding = 0, std430) buffer RowCounts { uint row_counts[]; };
+layout(set = 1, binding = 1, std430) writeonly buffer PixelPlaces {
+    uint places[]; // y * width + x
 };
 
-layout(set = 1, binding = 0, std430) buffer RowCounts { uint row_counts[]; };
-layout(set = 1, binding = 1, std430) buffer PixelTaps { Taps taps[]; };
-layout(set = 1, binding = 2, std430) buffer PixelPlaces { uint places[]; }; // y * width + x
-// The pixels' surface records, with room for some pixels more.
-layout(set = 1, binding = 3, std430) buffer Positions { vec4 positions[]; }; // and shininess
-layout(set = 1, binding = 4, std430) buffer Normals { vec4 normals[]; }; // and diffuse reflectance
-layout(set = 1, binding = 5, std430) buffer Looks { vec2 looks[]; }; // specular and unlit
-// Of each block of a chunk, all pixels.
-layout(set = 1, binding = 6, std430) buffer Brightness { vec4 brightness[]; };
-layout(set = 1, binding = 7, std140) uniform LightWindow { Light window[WINDOW]; };
+// What there is of each pixel, with room for some pixels more. All of it is read as texels: software
+// devices read and write storage buffers lane by lane, a branch and a word at a time.
+layout(set = 1, binding = 2, rgba32ui) uniform writeonly uimageBuffer taps_out;
+layout(set = 1, binding = 3, rgba32f) uniform writeonly imageBuffer positions_out;
+layout(set = 1, binding = 4, rgba32f) uniform writeonly imageBuffer normals_out;
+layout(set = 1, binding = 5, std430) writeonly buffer Looks { vec2 looks_out[]; };
+layout(set = 1, binding = 6, rgba32f) uniform writeonly imageBuffer brightness_out;
+// Its neighbours. x: number of the first object pixel that is not left of the one above; y: and of
+// the one below; z: bit k tells whether neighbour k of the nine, row after row, is an object pixel;
+// w: SURFACE or EDGE.
+layout(set = 1, binding = 7) uniform utextureBuffer taps;
+// The surface records: position and shininess; normal and diffuse reflectance; specular reflectance
+// and unlit luminance.
+layout(set = 1, binding = 8) uniform textureBuffer positions;
+layout(set = 1, binding = 9) uniform textureBuffer normals;
+layout(set = 1, binding = 10) uniform textureBuffer looks;
+// Under the individuals of each block of a chunk, all pixels of one block after those of another.
+layout(set = 1, binding = 11) uniform textureBuffer brightness;
+
+layout(set = 1, binding = 12, std140) uniform LightWindow { Light window[WINDOW]; };
+
+// Room for the pixels of a block.
+uint stride() {
+    return uint(textureSize(positions));
+}
 
 #endif

@@ -92,21 +92,6 @@ pub struct Chunk {
     pub light: u32,
 }
 
-/// Element of the storage block `PixelTaps`: where an object pixel's neighbours are in the list of
-/// object pixels.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Taps {
-    /// Number of the first object pixel that is not left of the one above.
-    pub up: u32,
-    /// And of the one below.
-    pub down: u32,
-    /// Bit `k`: neighbour `k` of the nine, row after row, is an object pixel.
-    pub present: u32,
-    /// [`PixelType`](crate::objective::maps::PixelType) as a number.
-    pub kind: u32,
-}
-
 /// Element of the storage block `Tiles`: a tile of the picture with an object pixel.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
@@ -363,27 +348,42 @@ pub mod binding {
 pub mod pixel_binding {
     /// Storage block: object pixels of each row.
     pub const ROW_COUNTS: u32 = 0;
-    /// Storage block: [`Taps`](super::Taps) of each object pixel.
-    pub const TAPS: u32 = 1;
     /// Storage block: the object pixels' places in the picture.
-    pub const PLACES: u32 = 2;
-    /// Storage block: position and shininess, a `vec4` for each object pixel.
-    pub const POSITIONS: u32 = 3;
-    /// Storage block: normal and diffuse reflectance, a `vec4` for each.
-    pub const NORMALS: u32 = 4;
+    pub const PLACES: u32 = 1;
+    /// Storage texels: where each object pixel's neighbours are in the list.
+    pub const TAPS_OUT: u32 = 2;
+    /// Storage texels: position and shininess of each.
+    pub const POSITIONS_OUT: u32 = 3;
+    /// Storage texels: normal and diffuse reflectance of each.
+    pub const NORMALS_OUT: u32 = 4;
     /// Storage block: specular reflectance and unlit luminance, a `vec2` for each.
-    pub const LOOKS: u32 = 5;
-    /// Storage block: a chunk's brightnesses, a `vec4` for each pixel of each block.
-    pub const BRIGHTNESS: u32 = 6;
+    pub const LOOKS_OUT: u32 = 5;
+    /// Storage texels: a chunk's brightnesses, a texel for each pixel of each block.
+    pub const BRIGHTNESS_OUT: u32 = 6;
+    /// What was written as [`TAPS_OUT`] and, in this order, the others.
+    pub const TAPS: u32 = 7;
+    /// As [`TAPS`].
+    pub const POSITIONS: u32 = 8;
+    /// As [`TAPS`].
+    pub const NORMALS: u32 = 9;
+    /// As [`TAPS`].
+    pub const LOOKS: u32 = 10;
+    /// As [`TAPS`].
+    pub const BRIGHTNESS: u32 = 11;
     /// Uniform block with a dynamic offset: a block's lights.
-    pub const WINDOW: u32 = 7;
+    pub const WINDOW: u32 = 12;
 }
 
 /// Every binding of that set.
 pub fn pixel_bindings() -> Vec<Binding> {
+    use pixel_binding::{
+        BRIGHTNESS, BRIGHTNESS_OUT, LOOKS_OUT, PLACES, ROW_COUNTS, TAPS, TAPS_OUT,
+    };
     let kind = |number| match number {
-        pixel_binding::WINDOW => vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
-        _ => vk::DescriptorType::STORAGE_BUFFER,
+        ROW_COUNTS | PLACES | LOOKS_OUT => vk::DescriptorType::STORAGE_BUFFER,
+        TAPS_OUT..=BRIGHTNESS_OUT => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
+        TAPS..=BRIGHTNESS => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+        _ => vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
     };
     let stages = vk::ShaderStageFlags::COMPUTE;
     (0..=pixel_binding::WINDOW).map(|number| (number, kind(number), stages)).collect()

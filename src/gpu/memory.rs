@@ -2,7 +2,7 @@
 
 pub use super::allocator::Access;
 use super::allocator::{DeviceMemory, MemoryRequest};
-use super::{Call, Context};
+use super::{Call, Context, geometry};
 use crate::Result;
 use ash::vk;
 use bytemuck::Pod;
@@ -110,6 +110,64 @@ impl Drop for Buffer {
         if let Some(memory) = self.memory.take() {
             self.context.free(memory);
         }
+    }
+}
+
+/// A buffer in device memory that shaders read as texels.
+pub struct TexelBuffer {
+    buffer: Buffer,
+    view: vk::BufferView,
+}
+
+impl TexelBuffer {
+    /// A buffer of `texels` texels of `size` bytes, written as `usage` says.
+    ///
+    /// # Errors
+    /// [`crate::Error::Unsupported`] for more texels than the device can address, and as
+    /// [`Buffer::new`].
+    pub fn new(
+        context: &Arc<Context>,
+        name: &str,
+        texels: u64,
+        (format, size): (vk::Format, u64),
+        usage: vk::BufferUsageFlags,
+    ) -> Result<Self> {
+        let most = u64::from(context.limits().max_texel_buffer_elements);
+        if texels > most {
+            let lacks = format!("{texels} texels of {name} (it has {most})");
+            return Err(geometry::unsupported(context, lacks));
+        }
+        let usage =
+            usage | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
+        let buffer = Buffer::new(context, name, texels * size, usage, Access::Device)?;
+        let mut texels = Self { buffer, view: vk::BufferView::null() };
+        let info = vk::BufferViewCreateInfo::default()
+            .buffer(texels.buffer.raw)
+            .format(format)
+            .range(vk::WHOLE_SIZE);
+        // SAFETY: the buffer is bound and alive.
+        texels.view = unsafe { context.device().create_buffer_view(&info, None) }
+            .call("vkCreateBufferView")?;
+        Ok(texels)
+    }
+
+    /// The buffer itself.
+    pub fn buffer(&self) -> &Buffer {
+        &self.buffer
+    }
+
+    /// A view of all of it.
+    pub fn view(&self) -> vk::BufferView {
+        self.view
+    }
+}
+
+impl Drop for TexelBuffer {
+    fn drop(&mut self) {
+        let context = &self.buffer.context;
+        // SAFETY: owners wait for the work that uses the buffer before they drop it; a null handle
+        // is allowed.
+        context.destroy(|device| unsafe { device.destroy_buffer_view(self.view, None) });
     }
 }
 

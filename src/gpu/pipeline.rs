@@ -1,7 +1,7 @@
 //! Descriptor sets, pipeline layouts and compute pipelines.
 
 use super::cache::PipelineKey;
-use super::memory::{Buffer, Image};
+use super::memory::{Buffer, Image, TexelBuffer};
 use super::{Call, Context};
 use crate::Result;
 use ash::vk;
@@ -108,6 +108,19 @@ impl DescriptorSet {
             .buffer_info(&info);
         self.context.count_descriptors();
         // SAFETY: set and buffer are alive, and the set is not in use.
+        unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
+    }
+
+    /// Puts the texels of a buffer at `binding`. The set must not be in use.
+    pub fn write_texels(&mut self, binding: u32, texels: &TexelBuffer) {
+        let views = [texels.view()];
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(self.raw)
+            .dst_binding(binding)
+            .descriptor_type(self.kind(binding))
+            .texel_buffer_view(&views);
+        self.context.count_descriptors();
+        // SAFETY: set and view are alive, and the set is not in use.
         unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
     }
 

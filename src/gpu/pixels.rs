@@ -3,8 +3,8 @@
 //! set.
 
 use super::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, Commands};
-use super::layout::{Chunk, Taps, pixel_binding, pixel_bindings};
-use super::memory::Buffer;
+use super::layout::{Chunk, pixel_binding, pixel_bindings};
+use super::memory::{Buffer, TexelBuffer};
 use super::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
 use super::view::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
 use super::{Context, geometry, shaders};
@@ -14,6 +14,12 @@ use std::sync::Arc;
 
 /// Invocations of a work group of `pixel_rows` and `pixels`: one for each row.
 const ROW_GROUP: u32 = 32;
+
+/// Texels of four numbers, and their bytes.
+pub const FOUR_UINTS: (vk::Format, u64) = (vk::Format::R32G32B32A32_UINT, 16);
+/// The same.
+pub const FOUR_FLOATS: (vk::Format, u64) = (vk::Format::R32G32B32A32_SFLOAT, 16);
+const TWO_FLOATS: (vk::Format, u64) = (vk::Format::R32G32_SFLOAT, 8);
 
 /// The object pixels of a view, row after row, on the device.
 pub struct Pixels {
@@ -28,7 +34,8 @@ pub struct Pixels {
     /// Their places in the picture: `y·width + x`.
     pub places: Buffer,
     stages: [Pipeline; 2],
-    _buffers: [Buffer; 5],
+    _rows: Buffer,
+    _texels: [TexelBuffer; 4],
     context: Arc<Context>,
 }
 
@@ -46,36 +53,41 @@ impl Pixels {
         multiple: u32,
     ) -> Result<Self> {
         let stride = count.max(1).next_multiple_of(multiple);
-        let storage = |name, each: usize| {
-            geometry::storage_buffer(context, name, u64::from(stride) * each as u64)
-        };
         let rows = geometry::storage_buffer(context, "pixel rows", 4 * u64::from(view.size[1]))?;
-        let taps = storage("pixel taps", size_of::<Taps>())?;
-        let places = storage("pixel places", 4)?;
-        let positions = storage("pixel positions", size_of::<[f32; 4]>())?;
-        let normals = storage("pixel normals", size_of::<[f32; 4]>())?;
-        let looks = storage("pixel looks", size_of::<[f32; 2]>())?;
+        let places = geometry::storage_buffer(context, "pixel places", 4 * u64::from(stride))?;
+        let texels =
+            |name, of, written| TexelBuffer::new(context, name, stride.into(), of, written);
+        let (as_texels, as_words) =
+            (vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER, vk::BufferUsageFlags::STORAGE_BUFFER);
+        let taps = texels("pixel taps", FOUR_UINTS, as_texels)?;
+        let positions = texels("pixel positions", FOUR_FLOATS, as_texels)?;
+        let normals = texels("pixel normals", FOUR_FLOATS, as_texels)?;
+        let looks = texels("pixel looks", TWO_FLOATS, as_words)?;
         let mut set = DescriptorSet::new(context, "pixels", &pixel_bindings())?;
-        for (number, buffer) in [
-            (pixel_binding::ROW_COUNTS, &rows),
+        set.write_buffer(pixel_binding::ROW_COUNTS, &rows);
+        set.write_buffer(pixel_binding::PLACES, &places);
+        set.write_buffer(pixel_binding::LOOKS_OUT, looks.buffer());
+        for (number, texels) in [
+            (pixel_binding::TAPS_OUT, &taps),
+            (pixel_binding::POSITIONS_OUT, &positions),
+            (pixel_binding::NORMALS_OUT, &normals),
             (pixel_binding::TAPS, &taps),
-            (pixel_binding::PLACES, &places),
             (pixel_binding::POSITIONS, &positions),
             (pixel_binding::NORMALS, &normals),
             (pixel_binding::LOOKS, &looks),
         ] {
-            set.write_buffer(number, buffer);
+            set.write_texels(number, texels);
         }
         let sets = [view.set.layout(), set.layout()];
         let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
-        let _buffers = [taps, rows, positions, normals, looks];
+        let (_rows, _texels) = (rows, [taps, positions, normals, looks]);
         let stage = |stem, spirv| Pipeline::compute(context, stem, spirv, &layout, &[ROW_GROUP]);
         let stages = [
             stage("pixel_rows", shaders::PIXEL_ROWS_COMP)?,
             stage("pixels", shaders::PIXELS_COMP)?,
         ];
         let context = Arc::clone(context);
-        let pixels = Self { count, stride, set, layout, places, stages, _buffers, context };
+        let pixels = Self { count, stride, set, layout, places, stages, _rows, _texels, context };
         Commands::once(&pixels.context, |cmd| {
             pixels.record(cmd, view);
             Ok(())
@@ -143,17 +155,18 @@ mod tests {
     fn listed(context: &Arc<Context>, maps: &Maps, view: &ViewMemory) -> Vec<cpu::pixels::Pixel> {
         let count = maps.counts.object();
         let pixels = Pixels::new(context, view, count, 64).unwrap();
-        let [taps, ..] = &pixels._buffers;
-        let taps: Vec<Taps> = staging::read_buffer(context, taps, count as usize).unwrap();
+        let [taps, ..] = &pixels._texels;
+        let taps: Vec<[u32; 4]> =
+            staging::read_buffer(context, taps.buffer(), count as usize).unwrap();
         let places: Vec<u32> =
             staging::read_buffer(context, &pixels.places, count as usize).unwrap();
-        let pixel = |(number, (at, &place)): (usize, (&Taps, &u32))| {
-            let (number, bit) = (number as u32, |k: u32| at.present >> k & 1);
+        let pixel = |(number, (at, &place)): (usize, (&[u32; 4], &u32))| {
+            let &[up, down, present, kind] = at;
+            let (number, bit) = (number as u32, |k: u32| present >> k & 1);
             let row = |middle: u32, k: u32| [middle.wrapping_sub(1), middle, middle + bit(k)];
-            let rows =
-                [row(at.up, 1), [number.wrapping_sub(1), number, number + 1], row(at.down, 7)];
+            let rows = [row(up, 1), [number.wrapping_sub(1), number, number + 1], row(down, 7)];
             let all = rows.as_flattened();
-            let kind = if at.kind == 2 { PixelType::Edge } else { PixelType::Surface };
+            let kind = if kind == 2 { PixelType::Edge } else { PixelType::Surface };
             let or_own = |k: usize| if bit(k as u32) != 0 { all[k] } else { number };
             cpu::pixels::Pixel { place, kind, neighbours: std::array::from_fn(or_own) }
         };

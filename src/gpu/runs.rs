@@ -4,9 +4,9 @@
 use super::commands::{COMPUTE_READ, COMPUTE_WRITE, StageTimer};
 use super::generation::Measure;
 use super::layout::{Chunk, pixel_binding};
-use super::memory::{Access, Buffer};
+use super::memory::{Buffer, TexelBuffer};
 use super::pipeline::{ByLights, Pipeline};
-use super::pixels::Pixels;
+use super::pixels::{FOUR_FLOATS, Pixels};
 use super::view::ViewMemory;
 use super::{Context, geometry, shaders, staging};
 use crate::Result;
@@ -32,7 +32,7 @@ const LIGHT_BYTES: u32 = size_of::<LightRecord>() as u32;
 pub struct Runs {
     shading: ByLights,
     statistics: Pipeline,
-    brightness: Option<Buffer>,
+    brightness: Option<TexelBuffer>,
     pixels: Pixels,
     size: [u32; 2],
     context: Arc<Context>,
@@ -42,8 +42,9 @@ impl Runs {
     /// Whether the device's buffers and work groups can hold so many object pixels.
     pub fn fits(context: &Context, objects: u32) -> bool {
         let limits = context.limits();
-        let bytes = u64::from(objects.next_multiple_of(GROUP)) * PIXEL_BYTES;
-        bytes <= limits.max_storage_buffer_range.into()
+        let pixels = u64::from(objects).next_multiple_of(GROUP.into());
+        pixels * size_of::<[f32; 2]>() as u64 <= limits.max_storage_buffer_range.into()
+            && pixels <= texels(context)
             && objects.div_ceil(GROUP) <= limits.max_compute_work_group_count[0]
     }
 
@@ -77,6 +78,11 @@ impl Runs {
         u64::from(self.pixels.stride) * PIXEL_BYTES
     }
 
+    /// What the offset of a window is a multiple of, bytes.
+    fn window_alignment(&self) -> u32 {
+        self.context.limits().min_uniform_buffer_offset_alignment.max(1) as u32
+    }
+
     /// Work groups of `statistics` for each block.
     fn groups(&self) -> u32 {
         self.pixels.count.div_ceil(STATISTICS_GROUP * PIXELS)
@@ -94,7 +100,7 @@ impl Measure for Runs {
 
     fn largest_chunk(&self) -> Result<u32> {
         let limits = self.context.limits();
-        let fit = u64::from(limits.max_storage_buffer_range) / self.block_bytes();
+        let fit = texels(&self.context) / u64::from(self.pixels.stride);
         let blocks = (self.context.picture_memory() / self.block_bytes())
             .max(1)
             .min(fit)
@@ -103,7 +109,9 @@ impl Measure for Runs {
     }
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
-        let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32]);
+        let bytes = BLOCK * lights as u32 * LIGHT_BYTES;
+        let aligned = bytes.is_multiple_of(self.window_alignment());
+        let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32, aligned.into()]);
         let layout = &self.pixels.layout;
         let make = || Pipeline::compute(&self.context, "shading", spirv, layout, &constants);
         self.shading.prepare(lights, make)
@@ -116,11 +124,12 @@ impl Measure for Runs {
     fn allocate(&mut self, _view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
         // The old memory goes first, so that the two need not fit together.
         self.brightness = None;
-        let size = u64::from(chunk.div_ceil(BLOCK)) * self.block_bytes();
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
-        let brightness = Buffer::new(&self.context, "brightness", size, usage, Access::Device)?;
-        let set = &mut self.pixels.set;
-        set.write_buffer(pixel_binding::BRIGHTNESS, self.brightness.insert(brightness));
+        let count = u64::from(chunk.div_ceil(BLOCK)) * u64::from(self.pixels.stride);
+        let usage = vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER;
+        let brightness = TexelBuffer::new(&self.context, "brightness", count, FOUR_FLOATS, usage)?;
+        let (set, brightness) = (&mut self.pixels.set, self.brightness.insert(brightness));
+        set.write_texels(pixel_binding::BRIGHTNESS_OUT, brightness);
+        set.write_texels(pixel_binding::BRIGHTNESS, brightness);
         set.write_window(pixel_binding::WINDOW, lights, u64::from(WINDOW * LIGHT_BYTES));
         Ok(())
     }
@@ -139,7 +148,7 @@ impl Measure for Runs {
     ) {
         let shading = self.shading.of(lights);
         let blocks = count.div_ceil(BLOCK);
-        let alignment = self.context.limits().min_uniform_buffer_offset_alignment.max(1) as u32;
+        let alignment = self.window_alignment();
         timer.stage(cmd, "shading", || {
             for block in 0..blocks {
                 let byte = (chunk.first + block * BLOCK) * lights as u32 * LIGHT_BYTES;
@@ -160,7 +169,7 @@ impl Measure for Runs {
         let count = view.read_statistics()?.objects() as usize;
         let brightness = self.brightness.as_ref().expect("allocated before use");
         let of_block: Vec<[f32; BLOCK as usize]> =
-            staging::read_buffer(&self.context, brightness, count)?;
+            staging::read_buffer(&self.context, brightness.buffer(), count)?;
         let at: Vec<u32> = staging::read_buffer(&self.context, &self.pixels.places, count)?;
         let mut picture = vec![0.0; self.size[0] as usize * self.size[1] as usize];
         for (value, place) in of_block.iter().zip(at) {
@@ -168,6 +177,11 @@ impl Measure for Runs {
         }
         Ok(picture)
     }
+}
+
+/// Texels that a buffer can have, and a shader's `int` can count.
+fn texels(context: &Context) -> u64 {
+    u64::from(context.limits().max_texel_buffer_elements).min(i32::MAX as u64)
 }
 
 /// Bytes behind the lights of a population that a window of lights may reach over.
