@@ -50,7 +50,14 @@ fn check(row: &Value) {
     if cfg!(target_os = "linux") {
         positive(row, "host_bytes");
     }
+    // Wherever tests run, cores compute or a GPU whose data sheet may not be known.
+    if !row["ceiling"].is_null() {
+        positive(&row["ceiling"], "plain");
+        let share = positive(row, "floor_share");
+        assert!(share < 2.0, "{row}");
+    }
     let native = row["pipeline"] == "native";
+    assert!(!native || row["ceiling"].is_object(), "{row}");
     assert_eq!(native, row["threads"].is_u64());
     assert_eq!(native, row["device_bytes"].is_null());
     assert_eq!(native, row["stages_ms"].as_object().unwrap().is_empty());

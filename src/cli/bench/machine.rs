@@ -130,6 +130,14 @@ impl Machine {
         })
     }
 
+    /// What `work` finds on the threads that the native evaluator has.
+    pub fn within<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match self {
+            Self::Alone(_, pool) => pool.install(work),
+            _ => work(),
+        }
+    }
+
     /// # Errors
     /// What the device reports.
     pub fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {

@@ -1,5 +1,6 @@
 //! `klieg bench`: how long a generation takes.
 
+mod ceiling;
 mod machine;
 mod memory;
 mod output;

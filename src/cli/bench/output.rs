@@ -67,6 +67,8 @@ fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
         "population",
         "rigs",
         "maps_ms",
+        "plain_ceiling",
+        "special_ceiling",
         "first_ms",
         "runs",
         "median_ms",
@@ -99,6 +101,8 @@ fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
             work.population.to_string(),
             work.rigs.to_string(),
             setup.maps_ms.to_string(),
+            text(setup.ceiling.map(|ceiling| ceiling.plain)),
+            text(setup.ceiling.and_then(|ceiling| ceiling.special)),
             row.first_ms.to_string(),
             row.runs.to_string(),
             row.median_ms.to_string(),
@@ -271,7 +275,7 @@ fn times(rows: &[Row]) -> comfy_table::Table {
 /// One-off costs and memory.
 fn costs(rows: &[Row]) -> comfy_table::Table {
     let names = ["method", "triangles", "size", "lights", "N", "rigs"];
-    let more = ["object pixels", "maps ms", "first ms", "host MiB", "device MiB"];
+    let more = ["object pixels", "ceiling Gop/s", "maps ms", "first ms", "host MiB", "device MiB"];
     let mut table = print::columns(&names, &more);
     let mebibytes = |bytes: Option<u64>| bytes.map_or("–".into(), |b| (b >> 20).to_string());
     for row in rows {
@@ -283,6 +287,9 @@ fn costs(rows: &[Row]) -> comfy_table::Table {
             row.work.population.to_string(),
             row.work.rigs.to_string(),
             row.setup.object_pixels.to_string(),
+            row.setup
+                .ceiling
+                .map_or("–".into(), |ceiling| format!("{:.0}", ceiling.plain * 1e-9)),
             format!("{:.0}", row.setup.maps_ms),
             format!("{:.1}", row.first_ms),
             mebibytes(row.host_bytes),

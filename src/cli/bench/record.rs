@@ -1,5 +1,6 @@
 //! What a benchmark finds, as its JSON says it. `docs/RESULT.md` is the reference.
 
+use super::ceiling::Ceiling;
 use super::machine::Machine;
 use super::sample::{self, Plan, Sample};
 use crate::evaluate::DeviceInfo;
@@ -77,6 +78,8 @@ pub struct Setup {
     pub object_pixels: u32,
     /// Setting the device up and making the view's maps, once.
     pub maps_ms: f64,
+    /// Where it is known.
+    pub ceiling: Option<Ceiling>,
 }
 
 impl Setup {
@@ -95,6 +98,7 @@ impl Setup {
             size,
             object_pixels,
             maps_ms,
+            ceiling: Ceiling::of(machine),
         }
     }
 
@@ -143,12 +147,6 @@ pub fn operations(lights: usize) -> [f64; 2] {
     [46.0 * lights + 82.0, 5.0 * lights + 4.0]
 }
 
-/// Plain operations and special functions a second of the devices whose data sheets
-/// `docs/PERFORMANCE.md` reads.
-fn ceiling(device: &DeviceInfo) -> Option<[f64; 2]> {
-    device.name.contains("H200").then_some([33e12, 4e12])
-}
-
 /// A generation on a machine.
 #[derive(Serialize)]
 pub struct Row {
@@ -171,7 +169,7 @@ pub struct Row {
     pub light_pixels_per_second: f64,
     /// Of the operations that the method needs; null for lights whose operations are not counted.
     pub gflops: Option<f64>,
-    /// Share of the device's arithmetic ceiling, where that is known.
+    /// The least time for the work at the ceiling, as a share of the median.
     pub floor_share: Option<f64>,
     /// Most memory of the process since the view was set up.
     pub host_bytes: Option<u64>,
@@ -194,8 +192,8 @@ impl Row {
         let rate = 1e3 / median_ms;
         let pixels = f64::from(setup.object_pixels) * work.population as f64;
         let counted = kind == LightKind::Point;
-        let [plain, special] = operations(work.lights).map(|operations| operations * pixels);
-        let floor = ceiling(&setup.device).map(|[a, b]| (plain / a).max(special / b));
+        let operations: f64 = operations(work.lights).into_iter().sum();
+        let floor = setup.ceiling.map(|ceiling| ceiling.floor(work.lights, pixels));
         Self {
             first_ms,
             runs: sample.sorted.len(),
@@ -206,7 +204,7 @@ impl Row {
             stages_ms: stages.medians(),
             evaluations_per_second: work.population as f64 * rate,
             light_pixels_per_second: pixels * work.lights as f64 * rate,
-            gflops: counted.then_some((plain + special) * rate * 1e-9),
+            gflops: counted.then_some(operations * pixels * rate * 1e-9),
             floor_share: floor.filter(|_| counted).map(|seconds| seconds * rate),
             host_bytes,
             device_bytes,
