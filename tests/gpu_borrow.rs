@@ -8,7 +8,7 @@ mod engine;
 mod support;
 
 use ash::vk;
-use engine::{Engine, counted_lock};
+use engine::{ALL, Engine, counted_lock};
 use klieg::Error;
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{
@@ -23,21 +23,13 @@ use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use support::{ball, population, rigs, view};
 
-const ALL: EnabledFeatures = EnabledFeatures {
-    geometry_shader: true,
-    shader_output_layer: true,
-    full_draw_index_uint32: false,
-};
-
 fn borrow(device: BorrowedDevice, needs: Needs) -> klieg::Result<Arc<Context>> {
     // SAFETY: the tests keep the engine while they use the context, or forget the device.
     unsafe { Context::borrow(device, needs, &Tuning::default()) }
 }
 
 fn tuned(engine: &Engine, pipeline: PipelineKind) -> Arc<Context> {
-    let tuning = Tuning { pipeline: Some(pipeline), ..Tuning::default() };
-    // SAFETY: as above.
-    unsafe { Context::borrow(engine.lend(), Needs::ALL, &tuning) }.unwrap()
+    engine.context(&Tuning { pipeline: Some(pipeline), ..Tuning::default() })
 }
 
 fn evaluator(context: &Arc<Context>) -> klieg::Result<GpuEvaluator> {
@@ -121,7 +113,7 @@ fn submissions_hold_the_engines_lock() {
 #[test]
 fn threads_have_evaluators_of_their_own_on_one_device() {
     let engine = Engine::new(ALL);
-    let context = borrow(engine.lend(), Needs::ALL).unwrap();
+    let context = engine.context(&Tuning::default());
     let expected = scores(&mut evaluator(&context).unwrap()).unwrap();
     std::thread::scope(|scope| {
         for _ in 0..3 {
@@ -140,7 +132,7 @@ fn threads_have_evaluators_of_their_own_on_one_device() {
 #[test]
 fn klieg_first_leaves_the_engine_nothing_to_clean() {
     let engine = Engine::new(ALL);
-    let context = borrow(engine.lend(), Needs::ALL).unwrap();
+    let context = engine.context(&Tuning::default());
     let evaluator = evaluator(&context).unwrap();
     drop(context);
     drop(evaluator);
@@ -150,7 +142,7 @@ fn klieg_first_leaves_the_engine_nothing_to_clean() {
 #[test]
 fn a_device_that_goes_first_is_forgotten() {
     let engine = Engine::new(ALL);
-    let context = borrow(engine.lend(), Needs::ALL).unwrap();
+    let context = engine.context(&Tuning::default());
     let mut made = evaluator(&context).unwrap();
     scores(&mut made).unwrap();
     context.forget_device();

@@ -9,20 +9,14 @@ mod engine;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod support;
 
-use engine::Engine;
+use engine::{ALL, Engine};
 use klieg::evaluate::Evaluator;
-use klieg::gpu::{Context, EnabledFeatures, GpuEvaluator, Needs, Tuning};
+use klieg::gpu::{Context, GpuEvaluator, Tuning};
 use klieg::lighting::LightKind;
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
 use std::sync::Arc;
 use support::{ball, population, rigs, view};
-
-const ALL: EnabledFeatures = EnabledFeatures {
-    geometry_shader: true,
-    shader_output_layer: true,
-    full_draw_index_uint32: false,
-};
 
 /// Kilobytes that the heap may grow by its own ways of keeping memory.
 const SLACK: i64 = 1024;
@@ -32,11 +26,6 @@ fn resident() -> i64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("a line");
     line.trim().trim_end_matches(" kB").parse().unwrap()
-}
-
-fn borrow(engine: &Engine) -> Arc<Context> {
-    // SAFETY: the test keeps the engine while it uses the context.
-    unsafe { Context::borrow(engine.lend(), Needs::ALL, &Tuning::default()) }.unwrap()
 }
 
 fn evaluated(context: &Arc<Context>) -> GpuEvaluator {
@@ -59,20 +48,20 @@ fn growth(lives: usize, mut live: impl FnMut()) -> i64 {
 #[test]
 fn a_thousand_lives_leave_no_memory_behind() {
     let engine = Engine::unwatched(ALL);
-    let context = borrow(&engine);
+    let context = engine.context(&Tuning::default());
     drop(evaluated(&context));
     let (counters, taken) = (context.counters(), context.memory_taken());
     let grown = growth(1000, || drop(evaluated(&context)));
     assert!(grown < SLACK, "evaluators leave {grown} kB behind");
     assert_eq!(context.counters().pipelines, counters.pipelines);
     assert_eq!(context.memory_taken(), taken);
-    let grown = growth(1000, || drop(borrow(&engine)));
+    let grown = growth(1000, || drop(engine.context(&Tuning::default())));
     assert!(grown < SLACK, "contexts leave {grown} kB behind");
     drop(context);
     engine.end();
 
     let engine = Engine::unwatched(ALL);
-    let context = borrow(&engine);
+    let context = engine.context(&Tuning::default());
     let grown = growth(100, || std::mem::forget(evaluated(&context)));
     assert!(grown > SLACK, "a leak is not seen: {grown} kB");
 }

@@ -7,36 +7,14 @@ mod engine;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod support;
 
-use engine::{Engine, Frame, HostBuffer};
+use engine::{ALL, Engine, Frame, HostBuffer, tunings};
 use klieg::evaluate::Evaluator;
-use klieg::gpu::{
-    ComputeShape, Context, EnabledFeatures, GpuEvaluator, Needs, PipelineKind, ScoreTarget, Tuning,
-};
+use klieg::gpu::{Context, GpuEvaluator, ScoreTarget};
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{LightKind, Population};
 use klieg::objective::Objective;
 use std::sync::Arc;
 use support::{ball, population, rigs, view};
-
-const ALL: EnabledFeatures = EnabledFeatures {
-    geometry_shader: true,
-    shader_output_layer: true,
-    full_draw_index_uint32: false,
-};
-
-fn tunings() -> [Tuning; 3] {
-    let of = |pipeline, shape| Tuning { pipeline: Some(pipeline), shape, picture_memory: None };
-    [
-        of(PipelineKind::Layered, None),
-        of(PipelineKind::Compute, Some(ComputeShape::Runs)),
-        of(PipelineKind::Compute, Some(ComputeShape::Tiles)),
-    ]
-}
-
-fn borrow(engine: &Engine, tuning: &Tuning) -> Arc<Context> {
-    // SAFETY: the tests keep the engine while they use the context.
-    unsafe { Context::borrow(engine.lend(), Needs::ALL, tuning) }.unwrap()
-}
 
 fn evaluator(context: &Arc<Context>) -> GpuEvaluator {
     let (maps, view) = (ball(45, 38), view(45, 38, false));
@@ -65,7 +43,7 @@ fn record<'a>(
 fn a_recorded_evaluation_gives_the_same_bits() {
     let engine = Engine::new(ALL);
     for tuning in tunings() {
-        let context = borrow(&engine, &tuning);
+        let context = engine.context(&tuning);
         let mut evaluator = evaluator(&context);
         let first = population(&rigs(1, 9, 3, LightKind::Point));
         let second = population(&rigs(2, 5, 3, LightKind::Point));
@@ -105,7 +83,7 @@ fn a_recorded_evaluation_gives_the_same_bits() {
 #[test]
 fn a_population_of_many_updates_is_recorded_whole() {
     let engine = Engine::new(ALL);
-    let context = borrow(&engine, &tunings()[1]);
+    let context = engine.context(&tunings()[1]);
     let mut evaluator = evaluator(&context);
     // 150 · 16 lights of 32 bytes are more than one vkCmdUpdateBuffer takes.
     let many = population(&rigs(3, 150, 16, LightKind::Point));
@@ -126,7 +104,7 @@ fn a_population_of_many_updates_is_recorded_whole() {
 fn what_was_not_reserved_is_refused() {
     let engine = Engine::new(ALL);
     for tuning in tunings() {
-        let context = borrow(&engine, &tuning);
+        let context = engine.context(&tuning);
         let mut evaluator = evaluator(&context);
         let of = |count, lights| population(&rigs(1, count, lights, LightKind::Point));
         assert!(evaluator.read_scores(&mut [0.0]).is_err());

@@ -14,15 +14,14 @@ mod support;
 mod twins;
 
 use ash::vk;
-use engine::{Engine, Frame, HostBuffer, Texture};
+use engine::{ALL, Engine, Frame, HostBuffer, Texture, tunings};
 use glam::dcamera::rh::{proj, view as looking};
 use glam::{DVec3, Vec3};
 use klieg::cpu::surface::EngineImages;
 use klieg::cpu::{self};
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{
-    ComputeShape, Context, EnabledFeatures, EngineImage, ImportedSurface, Needs, PipelineKind,
-    ScoreTarget, SurfaceEvaluator, SurfaceImages, Tuning,
+    Context, EngineImage, ImportedSurface, ScoreTarget, SurfaceEvaluator, SurfaceImages,
 };
 use klieg::lighting::LightKind;
 use klieg::lighting::shading::Shading;
@@ -33,26 +32,7 @@ use std::sync::Arc;
 use support::{population, rigs};
 use twins::{difference, twin};
 
-const ALL: EnabledFeatures = EnabledFeatures {
-    geometry_shader: true,
-    shader_output_layer: true,
-    full_draw_index_uint32: false,
-};
 const SIZE: [u32; 2] = [67, 45];
-
-fn tunings() -> [Tuning; 3] {
-    let of = |pipeline, shape| Tuning { pipeline: Some(pipeline), shape, picture_memory: None };
-    [
-        of(PipelineKind::Layered, None),
-        of(PipelineKind::Compute, Some(ComputeShape::Runs)),
-        of(PipelineKind::Compute, Some(ComputeShape::Tiles)),
-    ]
-}
-
-fn borrow(engine: &Engine, tuning: &Tuning) -> Arc<Context> {
-    // SAFETY: the tests keep the engine while they use the context.
-    unsafe { Context::borrow(engine.lend(), Needs::ALL, tuning) }.unwrap()
-}
 
 fn evaluator(context: &Arc<Context>) -> SurfaceEvaluator {
     let (objective, shading) = (Objective::default(), Shading::default());
@@ -169,7 +149,7 @@ fn both(
     format: &SurfaceFormat,
     camera: &EngineCamera,
 ) -> (Maps, Maps) {
-    let context = borrow(engine, &tunings()[1]);
+    let context = engine.context(&tunings()[1]);
     let mut evaluator = evaluator(&context);
     let uploaded = upload(engine, images);
     let surface = import(&evaluator, &uploaded, format);
@@ -282,7 +262,7 @@ fn scores_are_those_of_the_plain_twins_for_a_moving_camera() {
     let engine = Engine::new(ALL);
     let all = rigs(7, 9, 3, LightKind::Point);
     for tuning in tunings() {
-        let context = borrow(&engine, &tuning);
+        let context = engine.context(&tuning);
         let mut evaluator = evaluator(&context);
         evaluator.evaluator().reserve(9, 3).unwrap();
         let cameras = [DVec3::new(1.0, 1.2, 4.0), DVec3::new(3.0, 0.2, 9.0), DVec3::Z * -3.0];
@@ -353,7 +333,7 @@ fn one_pixel_of_the_engines_is_noticed() {
 fn before_the_first_view_the_picture_is_empty() {
     let engine = Engine::new(ALL);
     for tuning in tunings() {
-        let context = borrow(&engine, &tuning);
+        let context = engine.context(&tuning);
         let mut evaluator = evaluator(&context);
         assert!(evaluator.view().is_none());
         assert_eq!(evaluator.evaluator().maps().unwrap().counts.object(), 0);

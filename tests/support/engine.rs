@@ -1,11 +1,31 @@
 //! An engine's own Vulkan: instance, device and queue, under the validation layer.
 
 use ash::{ext, vk};
-use klieg::gpu::{BorrowedDevice, EnabledFeatures, FeatureChain, QueueLock};
+use klieg::gpu::{
+    BorrowedDevice, ComputeShape, Context, EnabledFeatures, FeatureChain, Needs, PipelineKind,
+    QueueLock, Tuning,
+};
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// All that klieg can make use of.
+pub const ALL: EnabledFeatures = EnabledFeatures {
+    geometry_shader: true,
+    shader_output_layer: true,
+    full_draw_index_uint32: false,
+};
+
+/// Each way to measure.
+pub fn tunings() -> [Tuning; 3] {
+    let of = |pipeline, shape| Tuning { pipeline: Some(pipeline), shape, picture_memory: None };
+    [
+        of(PipelineKind::Layered, None),
+        of(PipelineKind::Compute, Some(ComputeShape::Runs)),
+        of(PipelineKind::Compute, Some(ComputeShape::Tiles)),
+    ]
+}
 
 /// What an engine creates for itself before it knows of klieg.
 pub struct Engine {
@@ -83,6 +103,12 @@ impl Engine {
             queue_lock: None,
             allocator: None,
         }
+    }
+
+    /// klieg on this device.
+    pub fn context(&self, tuning: &Tuning) -> Arc<Context> {
+        // SAFETY: the tests keep the engine while they use the context.
+        unsafe { Context::borrow(self.lend(), Needs::ALL, tuning) }.unwrap()
     }
 
     /// Destroys the device; gives what the validation layer said of all the engine's life.
