@@ -35,6 +35,8 @@ pub struct Runs {
     brightness: Option<TexelBuffer>,
     pixels: Pixels,
     size: [u32; 2],
+    /// What the offset of a window of lights is a multiple of, bytes.
+    alignment: u32,
     context: Arc<Context>,
 }
 
@@ -63,6 +65,7 @@ impl Runs {
         let spirv = shaders::STATISTICS_COMP;
         let statistics =
             Pipeline::compute(context, "statistics", spirv, &pixels.layout, &constants)?;
+        let alignment = context.limits().min_uniform_buffer_offset_alignment.max(1) as u32;
         let (size, context) = (view.size, Arc::clone(context));
         Ok(Self {
             shading: ByLights::default(),
@@ -70,17 +73,13 @@ impl Runs {
             brightness: None,
             pixels,
             size,
+            alignment,
             context,
         })
     }
 
     fn block_bytes(&self) -> u64 {
         u64::from(self.pixels.stride) * PIXEL_BYTES
-    }
-
-    /// What the offset of a window is a multiple of, bytes.
-    fn window_alignment(&self) -> u32 {
-        self.context.limits().min_uniform_buffer_offset_alignment.max(1) as u32
     }
 
     /// Work groups of `statistics` for each block.
@@ -110,7 +109,7 @@ impl Measure for Runs {
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
         let bytes = BLOCK * lights as u32 * LIGHT_BYTES;
-        let aligned = bytes.is_multiple_of(self.window_alignment());
+        let aligned = bytes.is_multiple_of(self.alignment);
         let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32, aligned.into()]);
         let layout = &self.pixels.layout;
         let make = || Pipeline::compute(&self.context, "shading", spirv, layout, &constants);
@@ -148,11 +147,10 @@ impl Measure for Runs {
     ) {
         let shading = self.shading.of(lights);
         let blocks = count.div_ceil(BLOCK);
-        let alignment = self.window_alignment();
         timer.stage(cmd, "shading", || {
             for block in 0..blocks {
                 let byte = (chunk.first + block * BLOCK) * lights as u32 * LIGHT_BYTES;
-                let window = byte - byte % alignment;
+                let window = byte - byte % self.alignment;
                 let push = Chunk { block, light: (byte - window) / LIGHT_BYTES, ..*chunk };
                 let groups = [self.pixels.count.div_ceil(GROUP), 1, 1];
                 self.pixels.dispatch_lit(cmd, view, shading, groups, (&push, window));
@@ -186,3 +184,57 @@ fn texels(context: &Context) -> u64 {
 
 /// Bytes behind the lights of a population that a window of lights may reach over.
 pub const LIGHT_MARGIN: u64 = (WINDOW * LIGHT_BYTES) as u64;
+
+#[cfg(test)]
+mod tests {
+    use super::super::commands::Commands;
+    use super::super::generation::{Fitness, GenerationMemory};
+    use super::super::testing;
+    use super::*;
+    use crate::lighting::shading::Shading;
+    use crate::objective::Objective;
+
+    #[test]
+    fn windows_that_begin_before_their_lights_give_the_same_bits() {
+        const INDIVIDUALS: u32 = 11;
+        const LIGHTS: usize = 3;
+        let context = testing::context();
+        let (maps, view) = testing::maps(37, 29);
+        let light = |i: usize| LightRecord {
+            position: [(i % 5) as f32 - 2.0, (i % 7) as f32 - 3.0, 3.0],
+            radius2: [0.0, 9.0, 4.0][i % 3],
+            diffuse: 0.1 * (i % 9) as f32,
+            specular: 0.5,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let records: Vec<LightRecord> = (0..INDIVIDUALS as usize * LIGHTS).map(light).collect();
+        let scores = |alignment: u32| {
+            let (objective, shading) = (Objective::default(), Shading::default());
+            let mut memory =
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+            let mut runs = Runs::new(&context, &memory, maps.counts.object()).unwrap();
+            assert!(alignment.is_multiple_of(runs.alignment));
+            runs.alignment = alignment;
+            runs.prepare(&memory, LIGHTS).unwrap();
+            let fitness = Fitness::new(&context, &memory, &runs).unwrap();
+            let size = (INDIVIDUALS, records.len());
+            let mut generation =
+                GenerationMemory::new(&context, &mut memory, &mut runs, size).unwrap();
+            generation.lights.write(&records);
+            Commands::once(&context, |cmd| {
+                let stages = (&memory, &runs as &dyn Measure, &fitness);
+                generation.record(cmd, &context, stages, (INDIVIDUALS, LIGHTS), false);
+                Ok(())
+            })
+            .unwrap();
+            let mut scores = vec![0.0f32; INDIVIDUALS as usize];
+            generation.scores.read(&mut scores);
+            scores
+        };
+        // The most that Vulkan lets a device ask for, and a block's lights.
+        let [before, with] = [256, BLOCK * LIGHTS as u32 * LIGHT_BYTES].map(scores);
+        assert_eq!(before, with);
+        assert!(with.iter().all(|score| score.is_finite()) && with[0] != with[5]);
+        testing::assert_valid(&context);
+    }
+}
