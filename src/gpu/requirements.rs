@@ -262,6 +262,8 @@ pub(super) fn family(
 
 #[cfg(test)]
 mod tests {
+    use super::super::layout;
+    use super::super::pipeline::Binding;
     use super::*;
 
     #[test]
@@ -275,6 +277,34 @@ mod tests {
         assert!(said.contains(&words), "{said:?}");
         let enough = vk::PhysicalDeviceLimits { max_color_attachments: 5, ..none };
         assert_eq!(short_limits(&required, &enough).count(), required.len() - 1);
+    }
+
+    #[test]
+    fn what_compute_shaders_bind_is_within_the_limits() {
+        use vk::DescriptorType as Kind;
+        let bound = [layout::bindings(), layout::pixel_bindings()].concat();
+        let count = |kinds: &[Kind]| {
+            let counts = |&&(_, kind, stages): &&Binding| {
+                kinds.contains(&kind) && stages.contains(vk::ShaderStageFlags::COMPUTE)
+            };
+            bound.iter().filter(counts).count() as u64
+        };
+        let written = count(&[Kind::STORAGE_IMAGE, Kind::STORAGE_TEXEL_BUFFER]);
+        let read = count(&[Kind::SAMPLED_IMAGE, Kind::UNIFORM_TEXEL_BUFFER]);
+        let buffers = count(&[Kind::STORAGE_BUFFER]);
+        let uniforms = count(&[Kind::UNIFORM_BUFFER, Kind::UNIFORM_BUFFER_DYNAMIC]);
+        let total = written + read + buffers + uniforms;
+        assert_eq!(total, bound.len() as u64);
+        let required = Needs::COMPUTE.requirements().limits;
+        for (name, count) in [
+            ("maxPerStageDescriptorStorageImages", written),
+            ("maxPerStageDescriptorSampledImages", read),
+            ("maxPerStageDescriptorStorageBuffers", buffers),
+            ("maxPerStageResources", total),
+        ] {
+            let limit = required.iter().find(|limit| limit.name == name).unwrap();
+            assert!((1..=limit.least).contains(&count), "{name}: {count}");
+        }
     }
 
     #[test]

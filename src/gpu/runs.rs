@@ -45,6 +45,7 @@ impl Runs {
     pub fn fits(context: &Context, objects: u32) -> bool {
         let limits = context.limits();
         let pixels = u64::from(objects).next_multiple_of(GROUP.into());
+        // The widest of what is written to storage buffers, then the brightness of one block.
         pixels * size_of::<[f32; 2]>() as u64 <= limits.max_storage_buffer_range.into()
             && pixels <= texels(context)
             && objects.div_ceil(GROUP) <= limits.max_compute_work_group_count[0]
