@@ -84,12 +84,11 @@ fn what_is_missing_is_named_all_at_once() {
 #[test]
 fn a_device_without_features_computes_and_draws_nothing() {
     let engine = Engine::new(EnabledFeatures::default());
-    let context = borrow(engine.lend(), Needs::COMPUTE).unwrap();
+    let context = engine.context_for(Needs::COMPUTE, &Tuning::default());
     assert!(scores(&mut evaluator(&context).unwrap()).is_ok());
     drop(context);
     let tuning = Tuning { pipeline: Some(PipelineKind::Layered), ..Tuning::default() };
-    // SAFETY: the engine outlives the context.
-    let context = unsafe { Context::borrow(engine.lend(), Needs::COMPUTE, &tuning) }.unwrap();
+    let context = engine.context_for(Needs::COMPUTE, &tuning);
     let error = evaluator(&context).err().expect("an error").to_string();
     assert!(error.contains("not imported for pictures drawn in layers"), "{error}");
     drop(context);

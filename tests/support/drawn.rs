@@ -27,9 +27,7 @@ pub fn on_an_engine(body: impl FnOnce(&Engine)) {
 }
 
 pub fn borrow(engine: &Engine, picture_memory: Option<u64>) -> Arc<Context> {
-    let tuning = Tuning { picture_memory, ..Tuning::default() };
-    // SAFETY: the tests keep the engine while they use the context.
-    unsafe { Context::borrow(engine.lend(), Needs::COMPUTE, &tuning) }.unwrap()
+    engine.context_for(Needs::COMPUTE, &Tuning { picture_memory, ..Tuning::default() })
 }
 
 /// An engine's view of an object, on its device.

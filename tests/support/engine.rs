@@ -107,8 +107,13 @@ impl Engine {
 
     /// klieg on this device.
     pub fn context(&self, tuning: &Tuning) -> Arc<Context> {
+        self.context_for(Needs::ALL, tuning)
+    }
+
+    /// klieg on this device, for some needs alone.
+    pub fn context_for(&self, needs: Needs, tuning: &Tuning) -> Arc<Context> {
         // SAFETY: the tests keep the engine while they use the context.
-        unsafe { Context::borrow(self.lend(), Needs::ALL, tuning) }.unwrap()
+        unsafe { Context::borrow(self.lend(), needs, tuning) }.unwrap()
     }
 
     /// Destroys the device; gives what the validation layer said of all the engine's life.

@@ -14,6 +14,19 @@ const MEASUREMENTS: u32 = 10;
 /// How long one takes at least.
 const LONG_ENOUGH: Duration = Duration::from_millis(5);
 
+/// Operations for an object pixel of an individual with so many point lights, plain ones and special
+/// functions: counted in the shaders, `docs/PERFORMANCE.md`.
+pub fn operations(lights: usize) -> [f64; 2] {
+    let lights = lights as f64;
+    [46.0 * lights + 82.0, 5.0 * lights + 4.0]
+}
+
+/// The same in `src/cpu/kernels/`, where plain operations make up special functions, and a multiply-add is
+/// one.
+fn native_operations(lights: usize) -> f64 {
+    71.0 * lights as f64 + 68.0
+}
+
 /// Operations a second.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Ceiling {
@@ -39,14 +52,14 @@ impl Ceiling {
     }
 
     /// The least time for so many object pixels, of all individuals together, under point lights,
-    /// seconds: counted in the shaders and in `src/cpu/kernels/`, `docs/PERFORMANCE.md`.
+    /// seconds.
     pub fn floor(&self, lights: usize, pixels: f64) -> f64 {
         match self.special {
             Some(special) => {
-                let [plain, functions] = super::record::operations(lights);
+                let [plain, functions] = operations(lights);
                 pixels * (plain / self.plain).max(functions / special)
             }
-            None => pixels * (71.0 * lights as f64 + 68.0) / self.plain,
+            None => pixels * native_operations(lights) / self.plain,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a benchmark finds, as its JSON says it. `docs/RESULT.md` is the reference.
 
-use super::ceiling::Ceiling;
+use super::ceiling::{Ceiling, operations};
 use super::machine::Machine;
 use super::sample::{self, Plan, Sample};
 use crate::evaluate::DeviceInfo;
@@ -138,13 +138,6 @@ impl fmt::Display for Rigs {
             Self::Skewed => "skewed",
         })
     }
-}
-
-/// Operations for an object pixel of an individual with so many point lights, plain ones and special
-/// functions: counted in the shaders, `docs/PERFORMANCE.md`.
-pub fn operations(lights: usize) -> [f64; 2] {
-    let lights = lights as f64;
-    [46.0 * lights + 82.0, 5.0 * lights + 4.0]
 }
 
 /// A generation on a machine.
