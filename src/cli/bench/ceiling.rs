@@ -136,8 +136,15 @@ mod tests {
     }
 
     #[test]
-    fn a_second_core_adds_to_the_ceiling() {
+    fn the_rates_of_all_threads_add_up() {
+        /// An operation each microsecond, at most, on any thread.
+        fn sleeper(rounds: u32) -> f64 {
+            std::thread::sleep(Duration::from_micros(rounds.into()));
+            rounds.into()
+        }
         let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let rate = pool(3).install(|| best_rate(sleeper));
+        assert!((1.5e6..=3e6).contains(&rate), "{rate}");
         let one = pool(1).install(cores).plain;
         assert!(one > 1e6, "{one}");
         if std::thread::available_parallelism().unwrap().get() > 1 {
