@@ -1,6 +1,6 @@
 #version 460
 // Depth range: the largest depth of the object; the background lies 1 behind it.
-// Twin: src/cpu/mod.rs, maps.
+// Reference: src/cpu/mod.rs, maps.
 #extension GL_GOOGLE_include_directive : require
 #include "maps.glsl"
 

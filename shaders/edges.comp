@@ -1,6 +1,6 @@
 #version 460
 // Edges: the depth, its Sobel pair and its Laplacian; the picture's border repeats.
-// Twin: src/cpu/edges.rs.
+// Reference: src/cpu/edges.rs.
 #extension GL_GOOGLE_include_directive : require
 #include "maps.glsl"
 

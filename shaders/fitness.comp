@@ -1,6 +1,6 @@
 #version 460
 // The five terms and F of every individual, a work group each. Partial results are combined in a
-// fixed order: first by invocation, then in a tree. Twins: Objective::terms, cpu::fitness.
+// fixed order: first by invocation, then in a tree. References: Objective::terms, cpu::fitness.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
 

@@ -1,5 +1,5 @@
 #version 460
-// Forward, second half: the scene itself under an individual's lights. Twins: src/cpu/visibility.rs,
+// Forward, second half: the scene itself under an individual's lights. References: src/cpu/visibility/,
 // cpu::population.
 #extension GL_GOOGLE_include_directive : require
 #include "surface.glsl"

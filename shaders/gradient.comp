@@ -1,7 +1,7 @@
 #version 460
 // Length of every picture's gradient, summed over SURFACE, and the contrast that it makes, summed
 // over EDGE. An invocation walks down one column of one strip with a window of 3 x 3 pixels. A tap
-// outside the object or the picture takes the centre's value. Twin: cpu::gradient.
+// outside the object or the picture takes the centre's value. Reference: cpu::gradient.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
 

@@ -1,6 +1,6 @@
 #version 460
 // Histogram of every picture over its object pixels. An invocation walks down one column of one
-// strip and counts in bytes, four bins a word, with neither shared memory nor atomics. Twin:
+// strip and counts in bytes, four bins a word, with neither shared memory nor atomics. Reference:
 // cpu::histogram.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"

@@ -1,7 +1,7 @@
 #version 460
 // Mean and squared deviation of every picture over its object pixels. An invocation walks down one
 // column of one strip; the first object pixel is the origin of its sums, so that an even picture
-// deviates by exactly 0. Twin: cpu::moments.
+// deviates by exactly 0. Reference: cpu::moments.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
 

@@ -1,7 +1,7 @@
 #version 460
 // Normal detail G_n, first half: for each strip, the sum over SURFACE of the Frobenius length of the
 // Sobel pair on the unit normals; a tap outside the object or the picture takes the centre's value.
-// Twin: src/cpu/normal_detail.rs.
+// Reference: src/cpu/normal_detail.rs.
 #extension GL_GOOGLE_include_directive : require
 #include "maps.glsl"
 

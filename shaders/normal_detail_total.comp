@@ -1,7 +1,7 @@
 #version 460
 // Normal detail G_n, second half: the strips' sums in a fixed order, over the SURFACE pixels. One
 // work group.
-// Twin: src/cpu/normal_detail.rs.
+// Reference: src/cpu/normal_detail.rs.
 #extension GL_GOOGLE_include_directive : require
 #include "maps.glsl"
 

@@ -1,6 +1,6 @@
 #version 460
 // Pixel types: EDGE, SURFACE or BACKGROUND, and how many there are of the first two.
-// Twin: src/cpu/pixel_types.rs.
+// Reference: src/cpu/pixel_types.rs.
 #extension GL_GOOGLE_include_directive : require
 #include "maps.glsl"
 

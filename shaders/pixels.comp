@@ -1,6 +1,6 @@
 #version 460
 // The surface's records without the background. An invocation walks along a row, with its
-// neighbours above and below. Twin: cpu::pixels.
+// neighbours above and below. Reference: cpu::pixels.
 #extension GL_GOOGLE_include_directive : require
 #include "pixels.glsl"
 

@@ -1,5 +1,5 @@
 #version 460
-// One pixel of one individual's picture: the stored surface under the individual's lights. Twin:
+// One pixel of one individual's picture: the stored surface under the individual's lights. Reference:
 // cpu::population.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"

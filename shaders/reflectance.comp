@@ -1,5 +1,5 @@
 #version 460
-// The surface's records from its material. Twin: Shading::reflectance.
+// The surface's records from its material. Reference: Shading::reflectance.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
 #include "shading.glsl"

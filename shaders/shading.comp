@@ -1,6 +1,6 @@
 #version 460
 // Brightness of one object pixel under the lights of a block of individuals. What the individuals
-// share is read and computed once. Twin: cpu::population.
+// share is read and computed once. Reference: cpu::population.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "pixels.glsl"

@@ -1,7 +1,7 @@
 #version 460
 // Histogram, moments and gradients of a block of individuals. An invocation walks along a run of
 // object pixels, with its neighbours above and below, and keeps its sums in registers: no shared
-// memory, no atomics. Twins: cpu::histogram, cpu::moments, cpu::gradient.
+// memory, no atomics. References: cpu::histogram, cpu::moments, cpu::gradient.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "pixels.glsl"

@@ -1,13 +1,13 @@
 #version 460
 // Surface: what an engine has drawn, as the visibility draw would have left it.
-// Twin: src/cpu/surface.rs.
+// Reference: src/cpu/surface.rs.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
 
-// Bits of `flags`; the other side is src/gpu/surface.rs.
+// Bits of `flags`; the other side is src/gpu/engine/surface.rs.
 const uint HAS_NORMAL = 1u;
 const uint HAS_BASE_COLOR = 2u;
 const uint HAS_ROUGHNESS_METALLIC = 4u;

@@ -1,6 +1,6 @@
 #version 460
 // The tiles of a picture, each with one of its object pixels, for a view whose types the host does not
-// know. A work group looks through one tile. Twin: tiles() in src/gpu/tiles.rs.
+// know. A work group looks through one tile. Reference: tiles() in src/gpu/measure/tiles.rs.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
 #include "tile.glsl"

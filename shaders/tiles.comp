@@ -1,7 +1,7 @@
 #version 460
 // Statistics of a block of individuals over one tile of the picture: the surface is read once, the
 // brightnesses of tile and border stand in shared memory, and subgroups add up. Nothing of the
-// pictures is kept, save the first. Twins: cpu::population, cpu::histogram, cpu::moments,
+// pictures is kept, save the first. References: cpu::population, cpu::histogram, cpu::moments,
 // cpu::gradient.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -1,6 +1,6 @@
 #version 460
 // Visibility, second half: the colour code, and the surface's position, normal and material.
-// Twin: src/cpu/visibility.rs.
+// Reference: src/cpu/visibility/.
 #extension GL_GOOGLE_include_directive : require
 #include "surface.glsl"
 

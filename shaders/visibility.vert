@@ -1,6 +1,6 @@
 #version 460
 // Visibility, first half: brings the vertices of an instance into the light frame.
-// Twin: src/cpu/visibility.rs.
+// Reference: src/cpu/visibility/.
 #extension GL_GOOGLE_include_directive : require
 #include "vertex.glsl"
 

@@ -1,6 +1,6 @@
 #version 460
 // Visible polygons: a bit for each colour code, set where it occurs.
-// Twin: src/cpu/visible.rs.
+// Reference: src/cpu/visible.rs.
 #extension GL_GOOGLE_include_directive : require
 #include "maps.glsl"
 

@@ -15,6 +15,7 @@ pub mod error;
 pub mod evaluate;
 pub mod gpu;
 pub mod lighting;
+pub mod math;
 pub mod objective;
 pub mod optimize;
 pub mod scene;

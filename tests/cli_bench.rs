@@ -200,10 +200,13 @@ fn the_paper_s_way_gives_the_same_scores() {
         evaluator.evaluate(&population, &mut scores).unwrap();
         let maps = evaluator.maps().unwrap().clone();
         let (objective, shading) = (Objective::default(), Shading::default());
-        let twin = |rig| klieg::cpu::fitness::fitness(&maps, &view, &objective, &shading, rig);
-        let twins: Vec<_> = population.rigs().map(twin).collect();
+        let reference = |rig| klieg::cpu::fitness::fitness(&maps, &view, &objective, &shading, rig);
+        let references: Vec<_> = population.rigs().map(reference).collect();
         let far = |scores: &[f32]| {
-            scores.iter().zip(&twins).any(|(score, twin)| (score - twin.score).abs() > 1e-4)
+            scores
+                .iter()
+                .zip(&references)
+                .any(|(score, reference)| (score - reference.score).abs() > 1e-4)
         };
         assert!(!far(&scores), "{lights} lights: {scores:?}");
         let qualities = evaluator.qualities(&population).unwrap();
@@ -213,7 +216,7 @@ fn the_paper_s_way_gives_the_same_scores() {
         assert!(far(&scores));
         let close = evaluator.inspect(&rigs[2]).unwrap();
         assert_eq!(close.score, qualities[2].score);
-        let pairs = close.picture.iter().zip(&twins[2].picture);
+        let pairs = close.picture.iter().zip(&references[2].picture);
         assert!(pairs.fold(0.0f32, |most, (a, b)| most.max((a - b).abs())) < 1e-3);
     }
     gpu::assert_valid(evaluator.context());

@@ -1,17 +1,17 @@
-//! A generation on the device against the plain twins, on maps made in the test.
+//! A generation on the device against the CPU references, on maps made in the test.
 
+#[path = "support/reference.rs"]
+mod reference;
 #[path = "support/gpu.rs"]
 mod support;
-#[path = "support/twins.rs"]
-mod twins;
 
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{GpuEvaluator, PipelineKind, Tuning};
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{LightKind, Population};
 use klieg::objective::Objective;
+use reference::{difference, evaluate, evaluator, reference};
 use support::{assert_valid, ball, context, maps, population, rigs, view, with_tuning};
-use twins::{difference, evaluate, evaluator, twin};
 
 const TOLERANCE: f32 = 1e-4;
 
@@ -31,7 +31,7 @@ fn terms_are_those_of_the_plain_twins() {
         ] {
             for rig in rigs(lights as u64, 4, lights, kind) {
                 let made = evaluator.inspect(&rig).expect("an inspection");
-                let expected = twin(&maps, &view, &rig);
+                let expected = reference(&maps, &view, &rig);
                 let far = difference(made.quality(), expected.quality());
                 assert!(far < TOLERANCE, "{width}x{height} {lights}: {made:?} {expected:?}");
                 for (at, (a, b)) in made.picture.iter().zip(&expected.picture).enumerate() {
@@ -66,17 +66,17 @@ fn one_pixel_and_one_light_are_noticed() {
     let (maps, view) = (ball(40, 30), view(40, 30, false));
     let rig = rigs(3, 1, 2, LightKind::Point).remove(0);
     let made = evaluator(&context, &maps, &view).inspect(&rig).expect("an inspection");
-    assert!(difference(made.quality(), twin(&maps, &view, &rig).quality()) < TOLERANCE);
+    assert!(difference(made.quality(), reference(&maps, &view, &rig).quality()) < TOLERANCE);
 
     let mut pixel = maps.clone();
     let center = 15 * 40 + 20;
     pixel.surface.base_color[center] = [0.0; 3];
     pixel.surface.emissive[center] = [0.0; 3];
-    assert!(difference(made.quality(), twin(&pixel, &view, &rig).quality()) > TOLERANCE);
+    assert!(difference(made.quality(), reference(&pixel, &view, &rig).quality()) > TOLERANCE);
 
     let mut light = rig.clone();
     light[1].azimuth += 0.1;
-    assert!(difference(made.quality(), twin(&maps, &view, &light).quality()) > TOLERANCE);
+    assert!(difference(made.quality(), reference(&maps, &view, &light).quality()) > TOLERANCE);
     assert_valid(&context);
 }
 
@@ -100,7 +100,7 @@ fn unusual_pictures() {
         let mut evaluator = evaluator(&context, &maps, &view);
         for rig in rigs(11, 3, 2, LightKind::Point) {
             let made = evaluator.inspect(&rig).expect("an inspection");
-            let expected = twin(&maps, &view, &rig);
+            let expected = reference(&maps, &view, &rig);
             assert!(
                 difference(made.quality(), expected.quality()) < TOLERANCE,
                 "{made:?} {expected:?}"
@@ -136,7 +136,7 @@ fn populations_of_any_size_give_the_same_bits_in_any_number_of_draws() {
     let whole = context();
     let mut one_draw = evaluator(&whole, &maps, &view);
     let expected = evaluate(&mut one_draw, &all);
-    let first = twin(&maps, &view, &all[299]).score;
+    let first = reference(&maps, &view, &all[299]).score;
     assert!((expected[299] - first).abs() < TOLERANCE);
     assert_eq!(evaluate(&mut one_draw, &all), expected);
     assert_eq!(evaluate(&mut one_draw, &all[..30]), expected[..30]);
@@ -161,7 +161,7 @@ fn a_population_beyond_the_layer_limit() {
     let mut evaluator = evaluator(&context, &maps, &view);
     let scores = evaluate(&mut evaluator, &all);
     for at in [0, layers - 1, layers, layers + 4] {
-        assert!((scores[at] - twin(&maps, &view, &all[at]).score).abs() < TOLERANCE, "{at}");
+        assert!((scores[at] - reference(&maps, &view, &all[at]).score).abs() < TOLERANCE, "{at}");
     }
     assert_valid(&context);
 }

@@ -23,12 +23,12 @@ use std::sync::Arc;
 /// Share of the object pixels that must show the same polygon.
 const SAME_CODE: f64 = 0.999;
 /// Share of those whose other values must lie within the tolerances: at a polygon's very border the
-/// device extends it beyond its corners, the twin does not.
+/// device extends it beyond its corners, the reference does not.
 const CLOSE: f64 = 0.999;
 /// The same where there are textures: at a polygon's border the two choose other mip levels, and
 /// where a normal texture turns the surface edge-on it may be turned back to the viewer or not.
 const CLOSE_TEXTURED: f64 = 0.995;
-/// Devices interpolate between corners that are snapped to a grid of 1/256 pixel, the twin between
+/// Devices interpolate between corners that are snapped to a grid of 1/256 pixel, the reference between
 /// the true ones: tolerance of what is interpolated, in picture heights, as a picture is about as
 /// high as the values' range.
 const SNAPPED: f32 = 6.0 / 256.0;
@@ -107,13 +107,13 @@ impl Agreement {
 /// Draws the scene on both sides and compares them.
 fn compare(context: &Arc<Context>, name: &str, scene: &Scene, view: &View) -> (Maps, Surface) {
     let ours = drawn(context, scene, view);
-    let twin = cpu::visibility::draw(scene, view);
-    let agreement = Agreement::new(scene, &ours.surface, &twin);
+    let reference = cpu::visibility::draw(scene, view);
+    let agreement = Agreement::new(scene, &ours.surface, &reference);
     println!("{name} {}x{}: {agreement:?}", view.width, view.height);
     assert!(agreement.holds(), "{name} {}x{}: {agreement:?}", view.width, view.height);
     let messages = context.validation_messages();
     assert!(messages.is_empty(), "{name}: {}", messages.join("\n\n"));
-    (ours, twin)
+    (ours, reference)
 }
 
 #[test]
@@ -183,8 +183,8 @@ fn a_pixel_or_a_polygon_is_enough_to_differ() {
     let context = context();
     let scene = quads();
     let view = perspective(&scene, 64, 48);
-    let (maps, twin) = compare(&context, "quads", &scene, &view);
-    let object: Vec<usize> = (0..64 * 48).filter(|&i| twin.code[i] != 0).collect();
+    let (maps, reference) = compare(&context, "quads", &scene, &view);
+    let object: Vec<usize> = (0..64 * 48).filter(|&i| reference.code[i] != 0).collect();
     assert!(object.len() < 1000, "one pixel is less than the share that may differ");
     let at = object[object.len() / 2];
     for spoil in [
@@ -195,7 +195,7 @@ fn a_pixel_or_a_polygon_is_enough_to_differ() {
         |s, at| s.base_color[at][1] += 0.03,
         |s, at| s.roughness[at] = f32::NAN,
     ] {
-        let mut planted = twin.clone();
+        let mut planted = reference.clone();
         spoil(&mut planted, at);
         assert!(!Agreement::new(&scene, &maps.surface, &planted).holds());
     }
@@ -210,9 +210,9 @@ fn the_maps_follow_from_the_surface() {
     let context = context();
     let scene = normal_mapped();
     let (ours, _) = compare(&context, "normal mapped", &scene, &perspective(&scene, 200, 150));
-    let twins = cpu::maps(ours.surface.clone(), &Objective::default());
-    assert!(twins.counts.edge > 0 && twins.visible.len() > 50);
-    assert_eq!((&ours.types, ours.counts), (&twins.types, twins.counts));
-    assert_eq!(ours.visible, twins.visible);
-    assert!((ours.normal_detail - twins.normal_detail).abs() <= 1e-5);
+    let references = cpu::maps(ours.surface.clone(), &Objective::default());
+    assert!(references.counts.edge > 0 && references.visible.len() > 50);
+    assert_eq!((&ours.types, ours.counts), (&references.types, references.counts));
+    assert_eq!(ours.visible, references.visible);
+    assert!((ours.normal_detail - references.normal_detail).abs() <= 1e-5);
 }

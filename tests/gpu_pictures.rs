@@ -1,4 +1,4 @@
-//! Pictures that an engine renders itself: the stage `pictures` against its twin, and the scores that
+//! Pictures that an engine renders itself: the stage `pictures` against its reference, and the scores that
 //! follow.
 
 #[path = "support/drawn.rs"]
@@ -6,12 +6,12 @@ mod drawn;
 #[path = "support/engine.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod engine;
+#[path = "support/reference.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod reference;
 #[path = "support/gpu.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod support;
-#[path = "support/twins.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod twins;
 
 use ash::vk;
 use drawn::{Drawn, SAMPLED, borrow, import, on_an_engine};
@@ -19,14 +19,14 @@ use engine::{Frame, HostBuffer, Texture};
 use klieg::cpu;
 use klieg::gpu::{EngineImage, ImportedPictures, ImportedSurface, PictureEvaluator, ScoreTarget};
 use klieg::lighting::LightKind;
-use klieg::lighting::shading::srgb_decode;
+use klieg::math::color::srgb_decode;
 use klieg::objective::Objective;
 use klieg::objective::maps::PixelType;
 use klieg::scene::engine::{PictureChannels, PictureEncoding, PictureFormat};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use reference::difference;
 use support::{ball, maps, rigs};
-use twins::difference;
 
 const LINEAR: PictureFormat =
     PictureFormat { encoding: PictureEncoding::Linear, channels: PictureChannels::Rgb };
@@ -174,11 +174,12 @@ fn colors_and_impossible_texels_become_the_pictures_of_the_twin() {
         for format in [LINEAR, ENCODED, red(LINEAR), red(ENCODED)] {
             let imported = import(&evaluator, &texture, 1, format);
             let found = evaluator.inspect(&imported, 0).unwrap();
-            let twin = cpu::pictures::picture(&drawn.maps, &texels, format);
-            let far = found.picture.iter().zip(&twin).map(|(a, b)| (a - b).abs());
+            let reference = cpu::pictures::picture(&drawn.maps, &texels, format);
+            let far = found.picture.iter().zip(&reference).map(|(a, b)| (a - b).abs());
             assert!(far.clone().all(|far| far < 1e-5), "{format:?} {:?}", far.reduce(f32::max));
             assert!(
-                found.score.is_finite() && difference(found.quality(), drawn.quality(&twin)) < 1e-3
+                found.score.is_finite()
+                    && difference(found.quality(), drawn.quality(&reference)) < 1e-3
             );
             all.push(found.picture);
         }

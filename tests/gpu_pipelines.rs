@@ -1,13 +1,13 @@
-//! The pipelines of a generation against the plain twins, and against each other.
+//! The pipelines of a generation against the CPU references, and against each other.
 
 #[path = "support/figures.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod figures;
+#[path = "support/reference.rs"]
+mod reference;
 #[path = "support/gpu.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod support;
-#[path = "support/twins.rs"]
-mod twins;
 
 use figures::{instances, masked, normal_mapped, perspective, quads};
 use klieg::evaluate::{Evaluator, Inspection};
@@ -18,9 +18,9 @@ use klieg::objective::Objective;
 use klieg::objective::maps::Maps;
 use klieg::scene::Scene;
 use klieg::scene::view::View;
+use reference::{difference, evaluate, evaluator, reference};
 use std::sync::Arc;
 use support::{assert_valid, ball, maps, population, rigs, view, with_tuning};
-use twins::{difference, evaluate, evaluator, twin};
 
 const TOLERANCE: f32 = 1e-4;
 
@@ -56,7 +56,7 @@ fn check_all(evaluator: &mut GpuEvaluator, rigs: &[Vec<Light>], expected: &[Insp
 fn check(evaluator: &mut GpuEvaluator, maps: &Maps, view: &View, rigs: &[Vec<Light>], what: &str) {
     for rig in rigs {
         let made = evaluator.inspect(rig).expect("an inspection");
-        let expected = twin(maps, view, rig);
+        let expected = reference(maps, view, rig);
         assert!(
             difference(made.quality(), expected.quality()) < TOLERANCE,
             "{what}: {made:?} {expected:?}"
@@ -136,7 +136,7 @@ fn every_pipeline_agrees_with_the_twins_for_1_to_16_lights() {
 fn every_pipeline_scores_populations_of_1_to_300() {
     let (maps, view) = (ball(45, 38), view(45, 38, false));
     let all = rigs(9, 300, 2, LightKind::Point);
-    let expected: Vec<_> = all.iter().map(|rig| twin(&maps, &view, rig)).collect();
+    let expected: Vec<_> = all.iter().map(|rig| reference(&maps, &view, rig)).collect();
     for (pipeline, shape) in OF_MAPS {
         let context = context((pipeline, shape));
         let mut at_once = evaluator(&context, &maps, &view);
@@ -191,7 +191,7 @@ fn forward_gives_the_same_bits_in_any_number_of_draws() {
     let whole = context(FORWARD);
     let mut at_once = of_scene(&whole, &scene, &view);
     let maps = at_once.maps().expect("maps").clone();
-    let expected: Vec<_> = all.iter().map(|rig| twin(&maps, &view, rig)).collect();
+    let expected: Vec<_> = all.iter().map(|rig| reference(&maps, &view, rig)).collect();
     check_all(&mut at_once, &all, &expected);
     let scores = evaluate(&mut at_once, &all);
     let picture_memory = Some(40 * 33 * 8 * 5);
@@ -225,9 +225,9 @@ fn one_pixel_and_one_light_are_noticed_by_every_pipeline() {
     for way in OF_MAPS {
         let context = context(way);
         let made = evaluator(&context, &maps, &view).inspect(&rig).expect("an inspection");
-        assert!(difference(made.quality(), twin(&maps, &view, &rig).quality()) < TOLERANCE);
-        assert!(difference(made.quality(), twin(&pixel, &view, &rig).quality()) > TOLERANCE);
-        assert!(difference(made.quality(), twin(&maps, &view, &light).quality()) > TOLERANCE);
+        assert!(difference(made.quality(), reference(&maps, &view, &rig).quality()) < TOLERANCE);
+        assert!(difference(made.quality(), reference(&pixel, &view, &rig).quality()) > TOLERANCE);
+        assert!(difference(made.quality(), reference(&maps, &view, &light).quality()) > TOLERANCE);
     }
 }
 
@@ -243,8 +243,8 @@ fn forward_notices_a_moved_polygon() {
     let mut moved = scene.clone();
     moved.meshes[0].vertices[0].position[0] -= 0.2;
     let moved = of_scene(&context, &moved, &view).inspect(&rig).expect("an inspection");
-    assert!(difference(made.quality(), twin(&maps, &view, &rig).quality()) < TOLERANCE);
-    assert!(difference(moved.quality(), twin(&maps, &view, &rig).quality()) > TOLERANCE);
+    assert!(difference(made.quality(), reference(&maps, &view, &rig).quality()) < TOLERANCE);
+    assert!(difference(moved.quality(), reference(&maps, &view, &rig).quality()) > TOLERANCE);
 }
 
 #[test]
@@ -285,7 +285,7 @@ const COPY: &str = "KLIEG_TEST_COPY";
 fn wider_subgroups_agree_too() {
     let (maps, view) = (ball(83, 59), view(83, 59, false));
     let all = rigs(4, 30, 2, LightKind::Point);
-    let expected: Vec<_> = all.iter().map(|rig| twin(&maps, &view, rig)).collect();
+    let expected: Vec<_> = all.iter().map(|rig| reference(&maps, &view, rig)).collect();
     if std::env::var_os(COPY).is_some() {
         for way in OF_MAPS {
             let context = context(way);

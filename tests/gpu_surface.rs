@@ -1,4 +1,4 @@
-//! An engine's own surface: the stage `surface` against its twin, and the scores that follow.
+//! An engine's own surface: the stage `surface` against its reference, and the scores that follow.
 
 #[path = "support/engine.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
@@ -6,12 +6,12 @@ mod engine;
 #[path = "support/figures.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod figures;
+#[path = "support/reference.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod reference;
 #[path = "support/gpu.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod support;
-#[path = "support/twins.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod twins;
 
 use ash::vk;
 use engine::{ALL, Engine, Frame, HostBuffer, Texture, tunings};
@@ -28,9 +28,9 @@ use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
 use klieg::objective::maps::{Maps, PixelType, Surface};
 use klieg::scene::engine::{EngineCamera, NormalCode, NormalSpace, SurfaceFormat};
+use reference::{difference, reference};
 use std::sync::Arc;
 use support::{population, rigs};
-use twins::{difference, twin};
 
 const SIZE: [u32; 2] = [67, 45];
 
@@ -142,7 +142,7 @@ fn far(a: &Maps, b: &Maps) -> (f32, usize) {
     (distance.into_iter().fold(0.0, f32::max), types)
 }
 
-/// The maps that the device makes of the images, and those of the twin.
+/// The maps that the device makes of the images, and those of the reference.
 fn both(
     engine: &Engine,
     images: &EngineImages,
@@ -155,8 +155,8 @@ fn both(
     let surface = import(&evaluator, &uploaded, format);
     look(&mut evaluator, &surface, camera);
     let made = evaluator.evaluator().maps().unwrap().clone();
-    let twin = cpu::surface::surface(images, format, camera, SIZE).unwrap();
-    (made, cpu::maps(twin, &Objective::default()))
+    let reference = cpu::surface::surface(images, format, camera, SIZE).unwrap();
+    (made, cpu::maps(reference, &Objective::default()))
 }
 
 #[test]
@@ -165,13 +165,13 @@ fn the_surface_is_the_one_that_klieg_would_draw() {
     for eye in [DVec3::new(1.0, 1.2, 4.0), DVec3::new(-2.5, 0.4, 2.0)] {
         let camera = camera(eye);
         let (images, format, surface) = drawn(&camera);
-        let (made, twin) = both(&engine, &images, &format, &camera);
+        let (made, reference) = both(&engine, &images, &format, &camera);
         assert!(made.counts.object() > 300 && made.counts.edge > 20, "{:?}", made.counts);
-        let (distance, types) = far(&made, &twin);
+        let (distance, types) = far(&made, &reference);
         assert!(distance < 2e-4 && types <= 2, "{distance} {types}");
         let (distance, types) = far(&made, &cpu::maps(surface, &Objective::default()));
         assert!(distance < 1e-3 && types <= 2, "{distance} {types}");
-        assert_eq!(made.visible, twin.visible);
+        assert_eq!(made.visible, reference.visible);
     }
     assert_eq!(engine.end(), [""; 0]);
 }
@@ -213,10 +213,10 @@ fn every_code_of_an_engine_is_read() {
             SurfaceFormat { normal_space: NormalSpace::Eye, ..format },
         ),
     ] {
-        let (made, twin) = both(&engine, &images, &format, &camera);
+        let (made, reference) = both(&engine, &images, &format, &camera);
         let (distance, types) = far(&made, &expected);
         assert!(distance < 2e-5 && types == 0, "{format:?}: {distance} {types}");
-        assert!(far(&made, &twin).0 < 2e-4, "{format:?}");
+        assert!(far(&made, &reference).0 < 2e-4, "{format:?}");
     }
     // A code that is read as another is noticed.
     let (wrong, format) = with(map(&half), NormalCode::Signed);
@@ -232,8 +232,8 @@ fn images_that_are_not_there_are_made_up_for() {
     let format =
         SurfaceFormat { base_color: [0.2, 0.5, 0.7], roughness: 0.4, metallic: 0.25, ..format };
     let bare = EngineImages { depth: images.depth.clone(), ..EngineImages::default() };
-    let (made, twin) = both(&engine, &bare, &format, &camera);
-    let (distance, types) = far(&made, &twin);
+    let (made, reference) = both(&engine, &bare, &format, &camera);
+    let (distance, types) = far(&made, &reference);
     assert!(distance < 5e-3 && types <= 2, "{distance} {types}");
     let object = surface.code.iter().filter(|&&code| code != 0).count() as u32;
     assert_eq!(made.counts.object(), object);
@@ -251,9 +251,10 @@ fn images_that_are_not_there_are_made_up_for() {
     // Rows from the bottom, with a camera whose y goes up, show the same.
     let mirrored = glam::DMat4::from_scale(DVec3::new(1.0, -1.0, 1.0)) * camera.projection;
     let up = EngineCamera { projection: mirrored, ..camera };
-    let (flipped, twin) = both(&engine, &bare, &SurfaceFormat { flipped: true, ..format }, &up);
+    let (flipped, reference) =
+        both(&engine, &bare, &SurfaceFormat { flipped: true, ..format }, &up);
     assert_eq!(far(&flipped, &made).0, 0.0);
-    assert!(far(&flipped, &twin).0 < 5e-3);
+    assert!(far(&flipped, &reference).0 < 5e-3);
     assert_eq!(engine.end(), [""; 0]);
 }
 
@@ -292,7 +293,7 @@ fn scores_are_those_of_the_plain_twins_for_a_moving_camera() {
             let maps = evaluator.evaluator().maps().unwrap().clone();
             let scores = buffer.read(0, 9);
             for (score, rig) in scores.iter().zip(&all) {
-                let expected = twin(&maps, &view, rig);
+                let expected = reference(&maps, &view, rig);
                 assert!((score - expected.score).abs() < 1e-4, "view {i}: {score}");
                 let quality = evaluator.evaluator().inspect(rig).unwrap();
                 let far = difference(quality.quality(), expected.quality());

@@ -1,4 +1,4 @@
-//! The project's own scenes: both evaluators against the plain twins, and whole designs.
+//! The project's own scenes: both evaluators against the CPU references, and whole designs.
 
 #[path = "support/gpu.rs"]
 #[allow(dead_code, reason = "every test program uses its own part")]
@@ -47,7 +47,7 @@ fn both_evaluators_agree_on_200_rigs_in_every_scene() {
         let mut gpu = GpuEvaluator::new(&context, &scene, &view, objective, shading).unwrap();
         let maps = gpu.maps().unwrap().clone();
         let mut native = CpuEvaluator::new(maps.clone(), &view, objective, shading);
-        let twin = |rig: &[Light]| {
+        let reference = |rig: &[Light]| {
             let records: Vec<_> = rig.iter().map(Light::record).collect();
             cpu::fitness::fitness(&maps, &view, &objective, &shading, &records)
         };
@@ -57,7 +57,7 @@ fn both_evaluators_agree_on_200_rigs_in_every_scene() {
             for (kind, rig) in kinds.into_iter().flat_map(|kind| {
                 rigs(lights as u64, 25, lights, kind).into_iter().map(move |r| (kind, r))
             }) {
-                let expected = twin(&rig);
+                let expected = reference(&rig);
                 let made = [native.inspect(&rig).unwrap(), gpu.inspect(&rig).unwrap()];
                 for (worst, made) in worst.iter_mut().zip(&made) {
                     *worst = worst.max(difference(made, &expected));
@@ -66,7 +66,7 @@ fn both_evaluators_agree_on_200_rigs_in_every_scene() {
                 let mut planted = rig.clone();
                 planted[0].azimuth += 0.05;
                 planted[0].diffuse += 0.2;
-                assert!(difference(&made[0], &twin(&planted)) > TOLERANCE, "{name}: {rig:?}");
+                assert!(difference(&made[0], &reference(&planted)) > TOLERANCE, "{name}: {rig:?}");
             }
         }
         println!("{name}: native within {:e}, Vulkan within {:e}", worst[0], worst[1]);

@@ -3,7 +3,7 @@
 use crate::Result;
 use klieg::glam::dcamera::rh::{proj, view};
 use klieg::glam::{DMat4, DVec3};
-use klieg::lighting::shading::srgb_decode;
+use klieg::math::color::srgb_decode;
 use klieg::scene::build::{MeshData, SceneBuilder};
 use klieg::scene::engine::EngineCamera;
 use klieg::scene::view::{Camera, Projection, bounds};

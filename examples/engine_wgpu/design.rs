@@ -9,9 +9,9 @@ use glam::DVec3;
 use klieg::lighting::genome::{Boxes, Genome};
 use klieg::lighting::start::StartSettings;
 use klieg::lighting::{LightKind, LightRecord, Role};
+use klieg::math::frame::Frame;
 use klieg::optimize::{Designer, GeneticSettings};
 use klieg::scene::engine::EngineCamera;
-use klieg::scene::view::Frame;
 use std::path::Path;
 
 /// Width and height of all pictures, pixels.

@@ -9,7 +9,7 @@ use glam::Vec3;
 use klieg::cpu::fitness;
 use klieg::gpu::{Context, EngineImage, PictureEvaluator, ScoreTarget};
 use klieg::lighting::Population;
-use klieg::lighting::shading::{luminance, srgb_decode, srgb_encode};
+use klieg::math::color::{luminance, srgb_decode, srgb_encode};
 use klieg::objective::Objective;
 use klieg::objective::maps::{Maps, PixelType};
 use klieg::scene::engine::{PictureEncoding, PictureFormat};

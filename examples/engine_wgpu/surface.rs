@@ -14,10 +14,11 @@ use klieg::gpu::{
 };
 use klieg::lighting::Population;
 use klieg::lighting::shading::Shading;
+use klieg::math::frame::Frame;
 use klieg::objective::Objective;
 use klieg::objective::maps::Surface;
 use klieg::scene::engine::SurfaceFormat;
-use klieg::scene::view::{Frame, View};
+use klieg::scene::view::View;
 use std::sync::Arc;
 
 /// Generations of a frame beside the one in the engine's own commands.

@@ -1,5 +1,5 @@
 // What the stages that run once for each view share: set 1, their scratch memory. The other side is
-// src/gpu/maps.rs.
+// src/gpu/view/maps.rs.
 #ifndef KLIEG_MAPS
 #define KLIEG_MAPS
 

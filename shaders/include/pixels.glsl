@@ -1,12 +1,12 @@
 // What the stages that visit object pixels alone share: set 1, the compacted surface. Object pixels
-// are numbered row after row. The other side is src/gpu/pixels.rs.
+// are numbered row after row. The other side is src/gpu/measure/pixels.rs.
 #ifndef KLIEG_PIXELS
 #define KLIEG_PIXELS
 
 #include "layout.glsl"
 
 // Individuals that share a pass over the pixels; their brightnesses stand together. As in
-// src/gpu/runs.rs, and so the next.
+// src/gpu/measure/runs.rs, and so the next.
 const uint BLOCK = 4;
 // Lights of a block, behind those that only alignment brings along.
 const uint WINDOW = 72;

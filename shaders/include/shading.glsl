@@ -1,4 +1,4 @@
-// Local illumination, the twin of src/lighting/shading.rs.
+// Local illumination, the reference of src/lighting/shading.rs.
 #ifndef KLIEG_SHADING
 #define KLIEG_SHADING
 
@@ -19,7 +19,7 @@ float srgb_decode(float encoded) {
 }
 
 // How strongly a light acts on the diffuse and on the specular reflectance at p, as
-// light_response of the twin. place: xyz position or direction, w its radius2; strength: diffuse
+// light_response of the reference. place: xyz position or direction, w its radius2; strength: diffuse
 // and specular; n unit normal, v unit vector to the viewer.
 vec2 light_response(vec4 place, vec2 strength, vec3 p, vec3 n, vec3 v, float shininess) {
     vec3 l = place.xyz;
@@ -46,7 +46,7 @@ struct Reflectance {
 };
 
 // Of glTF metallic-roughness (glTF 2.0 specification, appendix B), as Shading::reflectance of the
-// twin simplifies it.
+// reference simplifies it.
 Reflectance reflectance(vec3 base, float metallic, float roughness, vec3 emissive, vec3 constants) {
     float alpha = roughness * roughness;
     // At roughness 0 the quotient would not be finite.

@@ -1,5 +1,5 @@
 // What a fragment of the scene's geometry looks like: the fragment shaders that draw it include this.
-// Twin: src/cpu/visibility.rs.
+// Reference: src/cpu/visibility/.
 #ifndef KLIEG_SURFACE
 #define KLIEG_SURFACE
 

@@ -1,5 +1,5 @@
 // What the vertex shaders of the scene's geometry share: an instance's vertex in the light frame.
-// Twin: src/cpu/visibility.rs.
+// Reference: src/cpu/visibility/.
 #ifndef KLIEG_VERTEX
 #define KLIEG_VERTEX
 
@@ -21,7 +21,7 @@ layout(location = 5) flat out uint instance;
 // Writes the vertex's position and outputs.
 void place(uint of_instance) {
     InstanceRecord record = instances[of_instance];
-    // Summed column by column as the CPU twin does: the depth test hangs on the last bit.
+    // Summed column by column as the CPU reference does: the depth test hangs on the last bit.
     mat4 m = record.frame_from_mesh;
     precise vec4 p = m[0] * in_position.x + m[1] * in_position.y + m[2] * in_position.z + m[3];
     precise vec4 clip = clip_from_frame[0] * p.x + clip_from_frame[1] * p.y

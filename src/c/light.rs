@@ -4,7 +4,7 @@ use super::edge::{Fault, Outcome, array, choice, free_call, given, put, room};
 use super::error::klieg_status;
 use crate::lighting::presets::Preset;
 use crate::lighting::{Light, LightKind, MAX_LIGHTS, Population, Rig, Role};
-use crate::scene::view::Frame;
+use crate::math::frame::Frame;
 use bytemuck::Zeroable;
 use glam::DVec3;
 

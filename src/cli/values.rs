@@ -1,8 +1,9 @@
 //! Values that the command line and configuration files write the same way.
 
 use crate::error::within;
-use crate::lighting::genome::{Genome, Range};
+use crate::lighting::genome::Genome;
 use crate::lighting::{Light, LightKind, MAX_LIGHTS, Role, check_number};
+use crate::math::range::Range;
 use crate::objective::Terms;
 use crate::scene::view::MAX_SIDE;
 use crate::study::landscape::Grid;

@@ -2,7 +2,8 @@
 //! the neighbours that the gradients need. Pixels keep their order, rows from the top.
 
 use super::neighbourhood;
-use crate::lighting::shading::{Shading, luminance};
+use crate::lighting::shading::Shading;
+use crate::math::color::luminance;
 use crate::objective::maps::{Maps, PixelType};
 use crate::scene::view::View;
 use glam::Vec3;

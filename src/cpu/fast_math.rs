@@ -66,7 +66,7 @@ pub fn srgb_exponent(linear: f32) -> f32 {
 }
 
 /// The sRGB encoding of a linear value in 0..=1 by way of its [`srgb_exponent`]; see
-/// [`crate::lighting::shading::srgb_encode`].
+/// [`crate::math::color::srgb_encode`].
 #[inline(always)]
 pub fn srgb_encode(linear: f32, exponent: f32) -> f32 {
     let power = 1.055f32.mul_add(exp2(exponent), -0.055);
@@ -87,7 +87,7 @@ fn polynomial<const N: usize>(x: f32, coefficients: [f32; N]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lighting::shading;
+    use crate::math::color;
 
     /// Every 64th float of a range.
     fn floats(from: f32, to: f32) -> impl Iterator<Item = f32> {
@@ -145,10 +145,10 @@ mod tests {
 
     #[test]
     fn the_srgb_encoding_is_that_of_the_plain_one() {
-        let error = floats(1e-9, 1.0).map(|x| (encode(x) - shading::srgb_encode(x)).abs());
+        let error = floats(1e-9, 1.0).map(|x| (encode(x) - color::srgb_encode(x)).abs());
         assert!(error.fold(0.0, f32::max) < 5e-7);
         for x in [0.0, -1.0, 1.0, 7.0, f32::INFINITY] {
-            assert_eq!(encode(x), shading::srgb_encode(x));
+            assert_eq!(encode(x), color::srgb_encode(x));
         }
         assert_eq!(encode(f32::NAN), 0.0);
     }

@@ -1,4 +1,4 @@
-//! Native evaluator and the plain twins of the GPU stages.
+//! Native evaluator and the CPU references of the GPU stages.
 //!
 //! Each stage of the pipeline has a module of its name here, written as plainly as its formula: it is
 //! what the GPU's stage and the fast [`CpuEvaluator`] are tested against.

@@ -1,6 +1,6 @@
 //! An engine's own picture as klieg's.
 
-use crate::lighting::shading::{luminance, srgb_decode, srgb_encode};
+use crate::math::color::{luminance, srgb_decode, srgb_encode};
 use crate::objective::maps::{Maps, PixelType};
 use crate::scene::engine::{PictureChannels, PictureEncoding, PictureFormat};
 use glam::Vec3;

@@ -1,7 +1,8 @@
 //! The picture of one individual: the stored surface under the rig's lights.
 
 use crate::lighting::LightRecord;
-use crate::lighting::shading::{Shading, light_response, luminance, srgb_encode};
+use crate::lighting::shading::{Shading, light_response};
+use crate::math::color::{luminance, srgb_encode};
 use crate::objective::maps::Maps;
 use crate::scene::view::View;
 use glam::Vec3;

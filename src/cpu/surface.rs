@@ -1,7 +1,7 @@
-//! What an engine has drawn, as the visibility draw would have left it. Twin of `shaders/surface.comp`.
+//! What an engine has drawn, as the visibility draw would have left it. Reference of `shaders/surface.comp`.
 
 use crate::Result;
-use crate::lighting::shading::srgb_decode;
+use crate::math::color::srgb_decode;
 use crate::objective::maps::Surface;
 use crate::scene::engine::{EngineCamera, NormalCode, NormalSpace, SurfaceFormat, octahedral};
 use crate::scene::view::View;

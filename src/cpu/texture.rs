@@ -1,7 +1,7 @@
 //! Texture lookup: trilinear at an explicit level of detail (Vulkan 1.3 specification, section 16.5,
 //! with exact weights).
 
-use crate::lighting::shading::srgb_decode;
+use crate::math::color::srgb_decode;
 use crate::scene::{Texture, TextureLevel, Wrap};
 use glam::{Vec2, Vec4};
 use std::sync::LazyLock;

@@ -1,18 +1,18 @@
 //! The Vulkan evaluator.
 
 use super::Context;
-use super::choice::{ComputeShape, PipelineKind};
-use super::commands::Commands;
-use super::drawable::Drawable;
-use super::drawn::{self, Drawn};
-use super::forward::ForwardDraw;
-use super::generation::{Fitness, GenerationMemory, Measure, ScoreTarget};
-use super::layered::Layered;
 use super::layout::Detail;
-use super::population::StoredDraw;
-use super::runs::Runs;
-use super::tiles::Tiles;
-use super::view::ViewMemory;
+use super::measure::forward::ForwardDraw;
+use super::measure::generation::{Fitness, GenerationMemory, Measure, ScoreTarget};
+use super::measure::layered::Layered;
+use super::measure::population::StoredDraw;
+use super::measure::runs::Runs;
+use super::measure::tiles::Tiles;
+use super::scene::drawable::Drawable;
+use super::view::drawn::{self, Drawn};
+use super::view::memory::ViewMemory;
+use super::vulkan::choice::{ComputeShape, PipelineKind};
+use super::vulkan::commands::Commands;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, Population, check_number};
@@ -118,7 +118,7 @@ impl GpuEvaluator {
     ///
     /// # Errors
     /// What the device reports.
-    pub(super) fn of_any_view(context: &Arc<Context>, view: ViewMemory) -> Result<Self> {
+    pub(in crate::gpu) fn of_any_view(context: &Arc<Context>, view: ViewMemory) -> Result<Self> {
         let pixels = view.size[0] * view.size[1];
         let measure = measure(context, &view, pixels, Views::Any)?;
         let drawn = Drawn::by_engine(context);
@@ -148,12 +148,12 @@ impl GpuEvaluator {
     }
 
     /// The view's memory.
-    pub(super) fn view(&self) -> &ViewMemory {
+    pub(in crate::gpu) fn view(&self) -> &ViewMemory {
         &self.view
     }
 
     /// Records what the pipeline has to know of a view whose maps the commands before have made.
-    pub(super) fn record_view(&mut self, cmd: vk::CommandBuffer) {
+    pub(in crate::gpu) fn record_view(&mut self, cmd: vk::CommandBuffer) {
         self.maps = None;
         self.measure.record_view(cmd, &self.view);
     }

@@ -2,7 +2,7 @@
 //! specialisation constants. The other side is `shaders/include/`; a test compares the
 //! two by reflection.
 
-use super::pipeline::Binding;
+use super::vulkan::pipeline::Binding;
 use crate::evaluate::Inspection;
 use crate::lighting::shading::Shading;
 use crate::objective::{HISTOGRAM_BINS, Objective, Statistics, Terms};

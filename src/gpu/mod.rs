@@ -1,72 +1,31 @@
 //! Vulkan evaluator: device, memory, pipelines and the stages that run on them.
 //!
-//! A stage carries one name everywhere: its shader in `shaders/`, its pipeline here, its plain twin
-//! in [`crate::cpu`], its debug label and its row of timings.
+//! A stage carries one name everywhere: its shader in `shaders/`, its pipeline here, its CPU reference
+//! in [`crate::cpu`], its debug label and its row of timings. The rooms, each of which knows only those
+//! before it: `vulkan`, `scene`, `view`, `measure`, the evaluators, `engine`.
 
-mod allocator;
-mod borrowed;
-mod cache;
-mod choice;
-mod commands;
-mod context;
-mod devices;
-mod drawable;
-mod drawn;
+mod engine;
 mod evaluator;
-mod features;
-mod forward;
-mod generation;
-mod geometry;
-mod graphics;
-mod home;
-mod instance;
-mod layered;
 pub mod layout;
-mod maps;
-mod memory;
-mod picture_evaluator;
-mod pictures;
-mod pipeline;
-mod pixels;
-mod population;
+mod measure;
 mod readback;
-mod requirements;
-mod runs;
+mod scene;
 pub mod shaders;
-mod staging;
-mod surface;
 #[cfg(test)]
 mod testing;
-mod textures;
-mod tiles;
 mod view;
-mod visibility;
+mod vulkan;
 
-pub use allocator::{Access, DeviceAllocator, DeviceMemory, MemoryRequest};
-pub use borrowed::{BorrowedDevice, QueueLock};
-pub use choice::{ComputeShape, PipelineKind};
-pub use context::{Context, ContextOptions, Counters, Tuning};
-pub use devices::{DeviceChoice, DeviceReport, devices};
+pub use engine::picture_evaluator::PictureEvaluator;
+pub use engine::pictures::ImportedPictures;
+pub use engine::surface::{EngineImage, ImportedSurface, SurfaceEvaluator, SurfaceImages};
 pub use evaluator::GpuEvaluator;
-pub use features::{EnabledFeatures, FeatureChain};
-pub use generation::ScoreTarget;
-pub use picture_evaluator::PictureEvaluator;
-pub use pictures::ImportedPictures;
+pub use measure::generation::ScoreTarget;
 pub use readback::ReadbackEvaluator;
-pub use requirements::{Limit, Needs, Requirements};
-pub use surface::{EngineImage, ImportedSurface, SurfaceEvaluator, SurfaceImages};
-
-use crate::{Error, Result};
-use ash::vk;
-
-/// Names the Vulkan call that a result belongs to.
-trait Call<T> {
-    /// The value, or [`Error::Vulkan`] with the call's name.
-    fn call(self, call: &'static str) -> Result<T>;
-}
-
-impl<T> Call<T> for ash::prelude::VkResult<T> {
-    fn call(self, call: &'static str) -> Result<T> {
-        self.map_err(|result: vk::Result| Error::Vulkan { call, result })
-    }
-}
+pub use vulkan::allocator::{Access, DeviceAllocator, DeviceMemory, MemoryRequest};
+pub use vulkan::borrowed::{BorrowedDevice, QueueLock};
+pub use vulkan::choice::{ComputeShape, PipelineKind};
+pub use vulkan::context::{Context, ContextOptions, Counters, Tuning};
+pub use vulkan::devices::{DeviceChoice, DeviceReport, devices};
+pub use vulkan::features::{EnabledFeatures, FeatureChain};
+pub use vulkan::requirements::{Limit, Needs, Requirements};

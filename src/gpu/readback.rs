@@ -2,13 +2,13 @@
 //! after another, each picture is read back whole, and the CPU computes its terms.
 
 use super::Context;
-use super::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
-use super::drawn;
-use super::forward::ForwardDraw;
 use super::layout::Chunk;
-use super::memory::{Access, Buffer};
-use super::population::PictureStage;
-use super::view::ViewMemory;
+use super::measure::forward::ForwardDraw;
+use super::measure::population::PictureStage;
+use super::view::drawn;
+use super::view::memory::ViewMemory;
+use super::vulkan::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
+use super::vulkan::memory::{Access, Buffer};
 use crate::cpu::fitness;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;

@@ -1,11 +1,12 @@
 //! What the unit tests of the stages share: a watched device, small maps, and reading images back.
 
-use super::commands::{COPY_WRITE, Commands, HOST_READ};
-use super::memory::{Access, Buffer, Image};
-use super::view::GBuffer;
+use super::view::memory::GBuffer;
+use super::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};
+use super::vulkan::memory::{Access, Buffer, Image};
 use super::{Context, ContextOptions};
+use crate::math::frame::Frame;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
-use crate::scene::view::{Camera, Frame, Projection, View};
+use crate::scene::view::{Camera, Projection, View};
 use ash::vk;
 use bytemuck::Pod;
 use glam::{DVec3, Mat4, Vec3};

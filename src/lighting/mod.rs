@@ -6,7 +6,7 @@ pub mod presets;
 pub mod shading;
 pub mod start;
 
-use crate::scene::view::Frame;
+use crate::math::frame::Frame;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec4, Vec3};

@@ -8,9 +8,6 @@ use crate::error::within;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Rec. 709 luminance weights of linear RGB.
-pub const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
-
 /// Constants of the shading model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -100,36 +97,9 @@ pub fn light_response(
     (strength * light.diffuse, strength * light.specular * n_h.powf(shininess))
 }
 
-/// Rec. 709 luminance of linear RGB.
-pub fn luminance(color: Vec3) -> f32 {
-    color.dot(LUMINANCE)
-}
-
-/// The sRGB encoding (IEC 61966-2-1) of a linear value, clamped to 0..=1.
-pub fn srgb_encode(linear: f32) -> f32 {
-    let x = linear.clamp(0.0, 1.0);
-    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// The linear value of an sRGB encoding (IEC 61966-2-1).
-pub fn srgb_decode(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_srgb_curves_invert_each_other() {
-        for i in 0..=1000 {
-            let x = i as f32 / 1000.0;
-            let back = srgb_decode(srgb_encode(x));
-            assert!((back - x).abs() < 1e-5, "{x} {back}");
-        }
-        assert!((srgb_encode(f32::INFINITY) - 1.0).abs() < 1e-6);
-        assert!((srgb_encode(0.214_041_14) - 0.5).abs() < 1e-6);
-    }
 
     #[test]
     fn a_white_matt_surface_facing_a_light_at_its_distance_shows_its_intensity() {

@@ -2,9 +2,10 @@
 //! k-means clustering of the visible polygons' normals (Ha and Olivier 2006, section 4).
 
 use super::clusters::{Cluster, Clustering, cluster};
-use super::genome::{Genome, Range};
+use super::genome::Genome;
 use super::{Light, Role, angles};
 use crate::error::within;
+use crate::math::range::Range;
 use crate::objective::maps::{Maps, PixelType};
 use crate::scene::Scene;
 use crate::scene::view::View;

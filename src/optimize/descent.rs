@@ -3,7 +3,7 @@
 //! together.
 
 use super::Optimizer;
-use crate::lighting::genome::Range;
+use crate::math::range::Range;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 

@@ -2,10 +2,11 @@
 
 use super::{Batch, Genetic, GeneticSettings, Optimizer, Progress, progress};
 use crate::evaluate::Evaluator;
-use crate::lighting::genome::{Genome, Range};
+use crate::lighting::genome::Genome;
 use crate::lighting::start::{self, StartSettings};
 use crate::lighting::{Population, Rig};
-use crate::scene::view::Frame;
+use crate::math::frame::Frame;
+use crate::math::range::Range;
 use crate::{Error, Result};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -3,7 +3,7 @@
 //! clamped.
 
 use super::Optimizer;
-use crate::lighting::genome::Range;
+use crate::math::range::Range;
 use crate::{Error, Result};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -1,7 +1,7 @@
 //! Uniform random search: what every other search has to beat.
 
 use super::Optimizer;
-use crate::lighting::genome::Range;
+use crate::math::range::Range;
 use rand_chacha::ChaCha8Rng;
 
 /// Asks for uniform chromosomes without end.

@@ -3,7 +3,7 @@
 
 use super::{Descent, DescentSettings, Optimizer};
 use crate::Result;
-use crate::lighting::genome::Range;
+use crate::math::range::Range;
 use rand_chacha::ChaCha8Rng;
 
 /// Descends without end.

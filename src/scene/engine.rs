@@ -1,7 +1,8 @@
 //! What an engine says of what it has drawn: its camera, and how its images are to be read.
 
-use super::view::{Camera, Frame, Projection, RADII, View, check_size};
+use super::view::{Camera, Projection, View, check_size};
 use crate::error::within;
+use crate::math::frame::{Frame, RADII};
 use crate::{Error, Result};
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 

@@ -2,8 +2,8 @@
 
 use super::view::View;
 use super::{Scene, SceneLight, SceneLightKind};
-use crate::lighting::shading::luminance;
 use crate::lighting::{Light, LightKind, MAX_LIGHTS, Rig, Role, angles};
+use crate::math::color::luminance;
 use crate::{Error, Result};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -163,7 +163,8 @@ fn assign_roles(rig: &mut Rig) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::view::{Camera, Frame, Projection};
+    use crate::math::frame::Frame;
+    use crate::scene::view::{Camera, Projection};
     use glam::{DVec3, Mat4};
     use serde_json::json;
 

@@ -1,7 +1,7 @@
 //! Mip chains of pictures.
 
 use super::TextureLevel;
-use crate::lighting::shading::{srgb_decode, srgb_encode};
+use crate::math::color::{srgb_decode, srgb_encode};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 

@@ -3,8 +3,9 @@
 
 use super::{Observe, Subject};
 use crate::lighting::Light;
-use crate::lighting::genome::{Boxes, Genome, Range};
+use crate::lighting::genome::{Boxes, Genome};
 use crate::lighting::{LightKind, Role};
+use crate::math::range::Range;
 use crate::optimize::{Batch, Descent, DescentSettings, Optimizer};
 use crate::{Error, Result};
 use rand::SeedableRng;

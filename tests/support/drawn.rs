@@ -93,7 +93,7 @@ impl<'a> Drawn<'a> {
         evaluator
     }
 
-    /// What an engine renders under the lights: klieg's own pictures, from the native twin.
+    /// What an engine renders under the lights: klieg's own pictures, from the native reference.
     pub fn render(&self, rigs: &[Vec<Light>]) -> Vec<Vec<f32>> {
         let [width, height] = self.size();
         let view = view(width, height, true);
@@ -104,7 +104,7 @@ impl<'a> Drawn<'a> {
         rigs.iter().map(picture).collect()
     }
 
-    /// What the plain twins say of a picture.
+    /// What the CPU references say of a picture.
     pub fn quality(&self, picture: &[f32]) -> Quality {
         let objective = Objective::default();
         let statistics = cpu::fitness::statistics(&self.maps, picture, &objective);

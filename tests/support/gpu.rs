@@ -3,9 +3,10 @@
 use glam::{DVec3, Mat4, Vec3};
 use klieg::gpu::{Context, ContextOptions, Tuning};
 use klieg::lighting::{Light, LightKind, Population, Role};
+use klieg::math::frame::Frame;
 use klieg::objective::Objective;
 use klieg::objective::maps::{Maps, Surface};
-use klieg::scene::view::{Camera, Frame, Projection, View};
+use klieg::scene::view::{Camera, Projection, View};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;

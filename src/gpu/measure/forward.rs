@@ -1,0 +1,184 @@
+//! The stage `forward`: one batched draw of the scene's own geometry, N instances of every mesh, each
+//! picture with its own depth. It costs N times the triangles; it checks that the stored surface is
+//! right, and is what the other pipelines are measured against.
+
+use super::population::{self, FORMAT, PictureStage};
+use crate::Result;
+use crate::gpu::Context;
+use crate::gpu::layout::Chunk;
+use crate::gpu::scene::drawable::{Drawable, VERTICES};
+use crate::gpu::shaders;
+use crate::gpu::view::memory::ViewMemory;
+use crate::gpu::vulkan::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
+use crate::gpu::vulkan::graphics::{DEPTH, Framebuffer, GraphicsPipeline, RenderPass, attachment};
+use crate::gpu::vulkan::memory::{Buffer, Image, ImageDesc};
+use crate::gpu::vulkan::pipeline::{ByLights, DescriptorSet, PipelineLayout};
+use ash::vk;
+use std::sync::Arc;
+
+/// Components that the vertices hand to the fragments, 24 of the surface and 96 of the lights, and
+/// behind them those of the position and the layer.
+const COMPONENTS: u32 = 120;
+const BUILT_IN: u32 = 5;
+/// The value of pixels that nothing covers: `NO_OBJECT` of `shaders/include/layout.glsl`.
+const NO_OBJECT: f32 = -1.0;
+
+/// The draw, with a pipeline for each number of lights seen.
+pub struct ForwardDraw {
+    target: Option<Target>,
+    pipelines: ByLights,
+    pass: RenderPass,
+    layout: PipelineLayout,
+    lights: DescriptorSet,
+    scene: Drawable,
+    context: Arc<Context>,
+}
+
+/// The pictures of a chunk with their depths.
+struct Target {
+    framebuffer: Framebuffer,
+    pictures: Image,
+    _depth: Image,
+}
+
+impl ForwardDraw {
+    /// # Errors
+    /// [`crate::Error::Unsupported`] when the device cannot hand so much to the fragments, and what
+    /// it reports.
+    pub fn new(context: &Arc<Context>, scene: Drawable) -> Result<Self> {
+        let limits = context.limits();
+        let components = limits
+            .max_fragment_input_components
+            .min(limits.max_vertex_output_components - BUILT_IN);
+        if components < COMPONENTS {
+            let lacks = format!("{COMPONENTS} varying components (it has {components})");
+            return Err(context.unsupported(lacks));
+        }
+        let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX);
+        let lights = DescriptorSet::new(context, "forward", &[(0, kind.0, kind.1)])?;
+        Ok(Self {
+            target: None,
+            pipelines: ByLights::default(),
+            pass: render_pass(context)?,
+            layout: scene.layout(&[lights.layout()])?,
+            lights,
+            scene,
+            context: Arc::clone(context),
+        })
+    }
+
+    fn target(&self) -> &Target {
+        self.target.as_ref().expect("allocated before use")
+    }
+}
+
+impl PictureStage for ForwardDraw {
+    fn stem(&self) -> &'static str {
+        "forward"
+    }
+
+    fn pixel_bytes(&self) -> u64 {
+        8
+    }
+
+    fn written(&self) -> vk::ImageUsageFlags {
+        vk::ImageUsageFlags::COLOR_ATTACHMENT
+    }
+
+    fn most_pictures(&self) -> u32 {
+        // A draw's instances are counted in 32 bits.
+        let most = u32::MAX / self.scene.most_instances().max(1);
+        most.min(self.context.report().max_layers)
+    }
+
+    fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
+        let pipeline = GraphicsPipeline {
+            stem: self.stem(),
+            shaders: [shaders::FORWARD_VERT, shaders::FORWARD_FRAG],
+            vertices: VERTICES,
+            constants: &[lights as u32],
+            layout: self.layout,
+            pass: self.pass,
+        };
+        self.pipelines.prepare(lights, || pipeline.create(&self.context))
+    }
+
+    fn prepared(&self, lights: usize) -> bool {
+        self.pipelines.has(lights)
+    }
+
+    fn allocate(&mut self, [width, height]: [u32; 2], count: u32, lights: &Buffer) -> Result<()> {
+        // The old pictures go first, so that the two need not fit together.
+        self.target = None;
+        let pictures = population::pictures(&self.context, [width, height], count, self.written())?;
+        let depth = ImageDesc {
+            name: "forward depth",
+            format: DEPTH,
+            width,
+            height,
+            layers: Some(count),
+            mips: 1,
+            usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+        };
+        let depth = Image::new(&self.context, &depth)?;
+        let images = [&pictures, &depth];
+        let framebuffer = Framebuffer::new(&self.context, self.pass, &images, count)?;
+        self.target = Some(Target { framebuffer, pictures, _depth: depth });
+        self.lights.write_buffer(0, lights);
+        Ok(())
+    }
+
+    fn pictures(&self) -> &Image {
+        &self.target().pictures
+    }
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        _view: &ViewMemory,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        let background = vk::ClearColorValue { float32: [NO_OBJECT, 0.0, 0.0, 0.0] };
+        // With reversed depth 0 is the far plane.
+        let clear = [vk::ClearValue { color: background }, vk::ClearValue::default()];
+        let (pass, pipeline) = (self.pass, self.pipelines.of(lights));
+        pass.begin(cmd, &self.target().framebuffer, &clear, pipeline);
+        let (device, layout) = (self.context.device(), self.layout.raw());
+        let (point, set) = (vk::PipelineBindPoint::GRAPHICS, [self.lights.raw()]);
+        // SAFETY: `cmd` is being recorded on this device, in the pass that has begun; the set is
+        // alive and was made for this layout.
+        unsafe {
+            device.cmd_bind_descriptor_sets(cmd, point, layout, 2, &set, &[]);
+            self.scene.record(cmd, self.layout, (chunk.first * lights as u32, Some(count)));
+            device.cmd_end_render_pass(cmd);
+        }
+    }
+}
+
+/// A cleared colour attachment that compute shaders read next, and a depth that is only tested.
+fn render_pass(context: &Context) -> Result<RenderPass> {
+    use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
+    let operations = (vk::AttachmentLoadOp::CLEAR, vk::AttachmentStoreOp::STORE);
+    let color = attachment(FORMAT, operations, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+    let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
+    let depth_write = Access::DEPTH_STENCIL_ATTACHMENT_WRITE;
+    let dependencies = [
+        // The chunk before has been read, and its depth written.
+        vk::SubpassDependency::default()
+            .src_subpass(vk::SUBPASS_EXTERNAL)
+            .dst_subpass(0)
+            .src_stage_mask(COMPUTE_READ.0 | COPY_READ.0 | tests)
+            .src_access_mask(COMPUTE_READ.1 | COPY_READ.1 | depth_write)
+            .dst_stage_mask(COLOR_WRITE.0 | tests)
+            .dst_access_mask(COLOR_WRITE.1 | depth_write | Access::DEPTH_STENCIL_ATTACHMENT_READ),
+        vk::SubpassDependency::default()
+            .src_subpass(0)
+            .dst_subpass(vk::SUBPASS_EXTERNAL)
+            .src_stage_mask(COLOR_WRITE.0)
+            .src_access_mask(COLOR_WRITE.1)
+            .dst_stage_mask(COMPUTE_READ.0 | COPY_READ.0)
+            .dst_access_mask(COMPUTE_READ.1 | COPY_READ.1),
+    ];
+    RenderPass::new(context, "forward", &[color], true, &dependencies)
+}

@@ -1,0 +1,128 @@
+//! The pipelines `layered` and `forward`, and the measuring of an engine's own pictures: a stage makes
+//! the pictures, `histogram`, `moments` and `gradient` reduce them.
+
+use super::generation::Measure;
+use super::population::{self, PictureStage};
+use crate::Result;
+use crate::gpu::Context;
+use crate::gpu::layout::{Chunk, binding};
+use crate::gpu::shaders;
+use crate::gpu::view::memory::ViewMemory;
+use crate::gpu::vulkan::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
+use crate::gpu::vulkan::memory::{Access, Buffer};
+use crate::gpu::vulkan::pipeline::Pipeline;
+use crate::objective::HISTOGRAM_BINS;
+use ash::vk;
+use std::sync::Arc;
+
+/// Invocations of a work group of the reductions, along a row.
+const COLUMNS: u32 = 64;
+/// Rows of a strip of `histogram`; at most 255, as it counts in bytes.
+const HISTOGRAM_ROWS: u32 = 128;
+/// Rows of a strip of `moments` and `gradient`.
+const ROWS: u32 = 32;
+
+/// The stage that makes the pictures, and their reductions.
+pub struct Layered<S> {
+    /// Makes the pictures.
+    pub stage: S,
+    reductions: [(&'static str, Pipeline, [u32; 2]); 3],
+    size: [u32; 2],
+    context: Arc<Context>,
+}
+
+impl<S: PictureStage> Layered<S> {
+    /// # Errors
+    /// What the device reports.
+    pub fn new(context: &Arc<Context>, view: &ViewMemory, stage: S) -> Result<Self> {
+        let reduction = |stem, spirv, rows, constants: &[u32]| {
+            let pipeline = Pipeline::compute(context, stem, spirv, &view.layout, constants)?;
+            let [width, height] = view.size;
+            Ok((stem, pipeline, [width.div_ceil(COLUMNS), height.div_ceil(rows)]))
+        };
+        let bins = [COLUMNS, HISTOGRAM_ROWS, HISTOGRAM_BINS as u32];
+        let sums = [COLUMNS, ROWS];
+        Ok(Self {
+            stage,
+            reductions: [
+                reduction("histogram", shaders::HISTOGRAM_COMP, HISTOGRAM_ROWS, &bins)?,
+                reduction("moments", shaders::MOMENTS_COMP, ROWS, &sums)?,
+                reduction("gradient", shaders::GRADIENT_COMP, ROWS, &sums)?,
+            ],
+            size: view.size,
+            context: Arc::clone(context),
+        })
+    }
+}
+
+impl<S: PictureStage> Measure for Layered<S> {
+    fn entries(&self) -> [u32; 2] {
+        [HISTOGRAM_ROWS, ROWS].map(|rows| self.size[0] * self.size[1].div_ceil(rows))
+    }
+
+    /// What layers, image size and memory allow.
+    fn largest_chunk(&self) -> Result<u32> {
+        let image = population::limits(&self.context, self.stage.written())?;
+        let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
+        let memory = self.context.picture_memory().min(image.max_resource_size);
+        let groups = self.context.limits().max_compute_work_group_count[2];
+        let most = self.stage.most_pictures().min(image.max_array_layers).min(groups);
+        Ok(u64::from(most).min((memory / (self.stage.pixel_bytes() * pixels)).max(1)) as u32)
+    }
+
+    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
+        self.stage.prepare(view, lights)
+    }
+
+    fn prepared(&self, lights: usize) -> bool {
+        self.stage.prepared(lights)
+    }
+
+    fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
+        self.stage.allocate(self.size, chunk, lights)?;
+        let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+        view.set.write_image(binding::PICTURES, self.stage.pictures(), layout);
+        Ok(())
+    }
+
+    fn record_view(&self, _cmd: vk::CommandBuffer, _view: &ViewMemory) {}
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        timer: &mut StageTimer,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        timer.stage(cmd, self.stage.stem(), || {
+            self.stage.record(cmd, view, (chunk, count), lights);
+        });
+        for (stem, pipeline, [x, y]) in &self.reductions {
+            timer.stage(cmd, stem, || view.dispatch(cmd, pipeline, [*x, *y, count], chunk));
+        }
+    }
+
+    fn first_picture(&self, _view: &ViewMemory) -> Result<Vec<f32>> {
+        let pixels = self.size[0] as usize * self.size[1] as usize;
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let size = 4 * pixels as u64;
+        let out = Buffer::new(&self.context, "picture", size, usage, Access::Readback)?;
+        Commands::once(&self.context, |cmd| {
+            let image = self.stage.pictures();
+            // The stage leaves the pictures to shaders.
+            let shader = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+            let copy = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+            self.context.transition(cmd, image, (shader, copy), COPY_READ, COPY_READ);
+            self.context.download(cmd, (image, copy, 0), &out);
+            self.context.transition(cmd, image, (copy, shader), COPY_READ, COPY_READ);
+            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
+            Ok(())
+        })?;
+        let mut picture = vec![0.0; pixels];
+        out.read(&mut picture);
+        // The device marks the background by a negative value.
+        picture.iter_mut().for_each(|value: &mut f32| *value = value.max(0.0));
+        Ok(picture)
+    }
+}

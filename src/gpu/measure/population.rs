@@ -1,0 +1,212 @@
+//! Stages that make a population's pictures, and the stage `population`: one instanced draw of N
+//! layers, each layer the stored surface under the lights of its own individual.
+
+use crate::Result;
+use crate::gpu::Context;
+use crate::gpu::layout::Chunk;
+use crate::gpu::shaders;
+use crate::gpu::view::memory::{PUSH_STAGES, ViewMemory};
+use crate::gpu::vulkan::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
+use crate::gpu::vulkan::graphics::{
+    Framebuffer, GraphicsPipeline, RenderPass, VertexInput, attachment,
+};
+use crate::gpu::vulkan::memory::{Buffer, Image, ImageDesc};
+use crate::gpu::vulkan::pipeline::ByLights;
+use ash::vk;
+use std::sync::Arc;
+
+/// Format of the pictures: sRGB-encoded luminance, negative in the background.
+pub const FORMAT: vk::Format = vk::Format::R32_SFLOAT;
+/// What is done with the pictures once they are made.
+const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
+    vk::ImageUsageFlags::SAMPLED.as_raw() | vk::ImageUsageFlags::TRANSFER_SRC.as_raw(),
+);
+
+/// Makes the pictures of a chunk.
+pub trait PictureStage {
+    /// The stage's stem.
+    fn stem(&self) -> &'static str;
+
+    /// Bytes that each pixel of each picture takes.
+    fn pixel_bytes(&self) -> u64;
+
+    /// How the stage writes the pictures.
+    fn written(&self) -> vk::ImageUsageFlags;
+
+    /// Most pictures that it makes at once, whatever the memory.
+    fn most_pictures(&self) -> u32;
+
+    /// Makes what rigs of `lights` lights need, unless it is there. Pictures that come without their
+    /// lights have rigs of none.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
+
+    /// Whether that is there.
+    fn prepared(&self, lights: usize) -> bool;
+
+    /// Makes room for `count` pictures; the lights will be in `lights`.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn allocate(&mut self, size: [u32; 2], count: u32, lights: &Buffer) -> Result<()>;
+
+    /// One layer for each picture; `SHADER_READ_ONLY_OPTIMAL` after the stage.
+    fn pictures(&self) -> &Image;
+
+    /// Records the making of the pictures of `count` individuals of a chunk; compute shaders and
+    /// copies see them then.
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        chunk: (&Chunk, u32),
+        lights: usize,
+    );
+}
+
+/// The pictures of a chunk of the population, as the draw's target.
+struct Pictures {
+    framebuffer: Framebuffer,
+    image: Image,
+}
+
+/// The draw of the stored surface: its render pass and a pipeline for each number of lights seen.
+pub struct StoredDraw {
+    pictures: Option<Pictures>,
+    pass: RenderPass,
+    pipelines: ByLights,
+    context: Arc<Context>,
+}
+
+impl StoredDraw {
+    /// # Errors
+    /// What the device reports.
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
+        let pass = render_pass(context)?;
+        let context = Arc::clone(context);
+        Ok(Self { pictures: None, pass, pipelines: ByLights::default(), context })
+    }
+
+    fn target(&self) -> &Pictures {
+        self.pictures.as_ref().expect("allocated before use")
+    }
+}
+
+impl PictureStage for StoredDraw {
+    fn stem(&self) -> &'static str {
+        "population"
+    }
+
+    fn pixel_bytes(&self) -> u64 {
+        4
+    }
+
+    fn written(&self) -> vk::ImageUsageFlags {
+        vk::ImageUsageFlags::COLOR_ATTACHMENT
+    }
+
+    fn most_pictures(&self) -> u32 {
+        self.context.report().max_layers
+    }
+
+    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
+        let pipeline = GraphicsPipeline {
+            stem: self.stem(),
+            shaders: [shaders::POPULATION_VERT, shaders::POPULATION_FRAG],
+            vertices: VertexInput::default(),
+            constants: &[lights as u32],
+            layout: view.layout,
+            pass: self.pass,
+        };
+        self.pipelines.prepare(lights, || pipeline.create(&self.context))
+    }
+
+    fn prepared(&self, lights: usize) -> bool {
+        self.pipelines.has(lights)
+    }
+
+    fn allocate(&mut self, [width, height]: [u32; 2], count: u32, _lights: &Buffer) -> Result<()> {
+        // The old pictures go first, so that the two need not fit together.
+        self.pictures = None;
+        let image = pictures(&self.context, [width, height], count, self.written())?;
+        let framebuffer = Framebuffer::new(&self.context, self.pass, &[&image], count)?;
+        self.pictures = Some(Pictures { framebuffer, image });
+        Ok(())
+    }
+
+    fn pictures(&self) -> &Image {
+        &self.target().image
+    }
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        let device = self.context.device();
+        self.pass.begin(cmd, &self.target().framebuffer, &[], self.pipelines.of(lights));
+        let (point, layout) = (vk::PipelineBindPoint::GRAPHICS, view.layout.raw());
+        // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made
+        // for this pass and layout.
+        unsafe {
+            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[view.set.raw()], &[]);
+            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(chunk));
+            device.cmd_draw(cmd, 3, count, 0, 0);
+            device.cmd_end_render_pass(cmd);
+        }
+    }
+}
+
+/// Layers and bytes that an image of pictures can have at most, `written` in this way.
+///
+/// # Errors
+/// What the device reports.
+pub fn limits(
+    context: &Context,
+    written: vk::ImageUsageFlags,
+) -> Result<vk::ImageFormatProperties> {
+    context.image_limits(FORMAT, USAGE | written)
+}
+
+/// An image of `count` pictures, `written` in this way.
+///
+/// # Errors
+/// What the device reports.
+pub fn pictures(
+    context: &Arc<Context>,
+    [width, height]: [u32; 2],
+    count: u32,
+    written: vk::ImageUsageFlags,
+) -> Result<Image> {
+    let layers = Some(count);
+    let (name, format, usage) = ("pictures", FORMAT, USAGE | written);
+    Image::new(context, &ImageDesc { name, format, width, height, layers, mips: 1, usage })
+}
+
+/// One colour attachment, wholly overwritten, that compute shaders read next.
+fn render_pass(context: &Context) -> Result<RenderPass> {
+    let operations = (vk::AttachmentLoadOp::DONT_CARE, vk::AttachmentStoreOp::STORE);
+    let color = attachment(FORMAT, operations, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+    let dependencies = [
+        // The chunk before has been read.
+        vk::SubpassDependency::default()
+            .src_subpass(vk::SUBPASS_EXTERNAL)
+            .dst_subpass(0)
+            .src_stage_mask(COMPUTE_READ.0 | COPY_READ.0)
+            .src_access_mask(COMPUTE_READ.1 | COPY_READ.1)
+            .dst_stage_mask(COLOR_WRITE.0)
+            .dst_access_mask(COLOR_WRITE.1),
+        vk::SubpassDependency::default()
+            .src_subpass(0)
+            .dst_subpass(vk::SUBPASS_EXTERNAL)
+            .src_stage_mask(COLOR_WRITE.0)
+            .src_access_mask(COLOR_WRITE.1)
+            .dst_stage_mask(COMPUTE_READ.0 | COPY_READ.0)
+            .dst_access_mask(COMPUTE_READ.1 | COPY_READ.1),
+    ];
+    RenderPass::new(context, "population", &[color], false, &dependencies)
+}

@@ -1,0 +1,243 @@
+//! The pipeline `compute` for devices without fast shared memory: `shading` computes the brightness of
+//! every object pixel for a block of individuals, `statistics` reduces it along runs of them.
+
+use super::generation::Measure;
+use super::pixels::{FOUR_FLOATS, Pixels};
+use crate::Result;
+use crate::gpu::Context;
+use crate::gpu::layout::{Chunk, pixel_binding};
+use crate::gpu::shaders;
+use crate::gpu::view::memory::ViewMemory;
+use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, StageTimer};
+use crate::gpu::vulkan::memory::{Buffer, TexelBuffer};
+use crate::gpu::vulkan::pipeline::{ByLights, Pipeline};
+use crate::gpu::vulkan::staging;
+use crate::lighting::LightRecord;
+use crate::objective::HISTOGRAM_BINS;
+use ash::vk;
+use std::sync::Arc;
+
+/// Individuals that share a pass over the pixels.
+const BLOCK: u32 = 4;
+/// Lights of a block, at most, behind those that only alignment brings along.
+pub const WINDOW: u32 = 72;
+/// Invocations of a work group of `statistics`; each has a run of pixels.
+const STATISTICS_GROUP: u32 = 32;
+/// Invocations of a work group of `shading`; each has a pixel.
+const GROUP: u32 = 256;
+/// Pixels of a run; at most 255, as it is counted in bytes.
+const PIXELS: u32 = 128;
+const PIXEL_BYTES: u64 = size_of::<[f32; BLOCK as usize]>() as u64;
+const LIGHT_BYTES: u32 = size_of::<LightRecord>() as u32;
+
+/// The object pixels, the two stages and the memory between them.
+pub struct Runs {
+    shading: ByLights,
+    statistics: Pipeline,
+    brightness: Option<TexelBuffer>,
+    pixels: Pixels,
+    size: [u32; 2],
+    /// What the offset of a window of lights is a multiple of, bytes.
+    alignment: u32,
+    context: Arc<Context>,
+}
+
+impl Runs {
+    /// Whether the device's buffers and work groups can hold so many object pixels.
+    pub fn fits(context: &Context, objects: u32) -> bool {
+        let limits = context.limits();
+        let pixels = u64::from(objects).next_multiple_of(GROUP.into());
+        // The widest of what is written to storage buffers, then the brightness of one block.
+        pixels * size_of::<[f32; 2]>() as u64 <= limits.max_storage_buffer_range.into()
+            && pixels <= texels(context)
+            && objects.div_ceil(GROUP) <= limits.max_compute_work_group_count[0]
+    }
+
+    /// For a view with at most `objects` object pixels, whose records and types are there.
+    ///
+    /// # Errors
+    /// [`crate::Error::Unsupported`] when the object pixels are more than fit, and what the device
+    /// reports.
+    pub fn new(context: &Arc<Context>, view: &ViewMemory, objects: u32) -> Result<Self> {
+        if !Self::fits(context, objects) {
+            let lacks = format!("pipeline compute for {objects} object pixels");
+            return Err(context.unsupported(lacks));
+        }
+        let pixels = Pixels::new(context, view, objects, GROUP)?;
+        let constants = [STATISTICS_GROUP, PIXELS, HISTOGRAM_BINS as u32];
+        let spirv = shaders::STATISTICS_COMP;
+        let statistics =
+            Pipeline::compute(context, "statistics", spirv, &pixels.layout, &constants)?;
+        let alignment = context.limits().min_uniform_buffer_offset_alignment.max(1) as u32;
+        let (size, context) = (view.size, Arc::clone(context));
+        Ok(Self {
+            shading: ByLights::default(),
+            statistics,
+            brightness: None,
+            pixels,
+            size,
+            alignment,
+            context,
+        })
+    }
+
+    fn block_bytes(&self) -> u64 {
+        u64::from(self.pixels.stride) * PIXEL_BYTES
+    }
+
+    /// Work groups of `statistics` for each block.
+    fn groups(&self) -> u32 {
+        self.pixels.count.div_ceil(STATISTICS_GROUP * PIXELS)
+    }
+}
+
+impl Measure for Runs {
+    fn entries(&self) -> [u32; 2] {
+        [self.groups() * STATISTICS_GROUP; 2]
+    }
+
+    fn block(&self) -> u32 {
+        BLOCK
+    }
+
+    fn largest_chunk(&self) -> Result<u32> {
+        let limits = self.context.limits();
+        let fit = texels(&self.context) / u64::from(self.pixels.stride);
+        let blocks = (self.context.picture_memory() / self.block_bytes())
+            .max(1)
+            .min(fit)
+            .min(limits.max_compute_work_group_count[1].into());
+        Ok(u32::try_from(blocks * u64::from(BLOCK)).unwrap_or(u32::MAX - BLOCK))
+    }
+
+    fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
+        let bytes = BLOCK * lights as u32 * LIGHT_BYTES;
+        let aligned = bytes.is_multiple_of(self.alignment);
+        let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32, aligned.into()]);
+        let layout = &self.pixels.layout;
+        let make = || Pipeline::compute(&self.context, "shading", spirv, layout, &constants);
+        self.shading.prepare(lights, make)
+    }
+
+    fn prepared(&self, lights: usize) -> bool {
+        self.shading.has(lights)
+    }
+
+    fn allocate(&mut self, _view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
+        // The old memory goes first, so that the two need not fit together.
+        self.brightness = None;
+        let count = u64::from(chunk.div_ceil(BLOCK)) * u64::from(self.pixels.stride);
+        let usage = vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER;
+        let brightness = TexelBuffer::new(&self.context, "brightness", count, FOUR_FLOATS, usage)?;
+        let (set, brightness) = (&mut self.pixels.set, self.brightness.insert(brightness));
+        set.write_texels(pixel_binding::BRIGHTNESS_OUT, brightness);
+        set.write_texels(pixel_binding::BRIGHTNESS, brightness);
+        set.write_window(pixel_binding::WINDOW, lights, u64::from(WINDOW * LIGHT_BYTES));
+        Ok(())
+    }
+
+    fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
+        self.pixels.record(cmd, view);
+    }
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        timer: &mut StageTimer,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        let shading = self.shading.of(lights);
+        let blocks = count.div_ceil(BLOCK);
+        timer.stage(cmd, "shading", || {
+            for block in 0..blocks {
+                let byte = (chunk.first + block * BLOCK) * lights as u32 * LIGHT_BYTES;
+                let window = byte - byte % self.alignment;
+                let push = Chunk { block, light: (byte - window) / LIGHT_BYTES, ..*chunk };
+                let groups = [self.pixels.count.div_ceil(GROUP), 1, 1];
+                self.pixels.dispatch_lit(cmd, view, shading, groups, (&push, window));
+            }
+        });
+        self.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
+        timer.stage(cmd, "statistics", || {
+            let groups = [self.groups(), blocks, 1];
+            self.pixels.dispatch(cmd, view, &self.statistics, groups, chunk);
+        });
+    }
+
+    fn first_picture(&self, view: &ViewMemory) -> Result<Vec<f32>> {
+        let count = view.read_statistics()?.objects() as usize;
+        let brightness = self.brightness.as_ref().expect("allocated before use");
+        let of_block: Vec<[f32; BLOCK as usize]> =
+            staging::read_buffer(&self.context, brightness.buffer(), count)?;
+        let at: Vec<u32> = staging::read_buffer(&self.context, &self.pixels.places, count)?;
+        let mut picture = vec![0.0; self.size[0] as usize * self.size[1] as usize];
+        for (value, place) in of_block.iter().zip(at) {
+            picture[place as usize] = value[0];
+        }
+        Ok(picture)
+    }
+}
+
+/// Texels that a buffer can have, and a shader's `int` can count.
+fn texels(context: &Context) -> u64 {
+    u64::from(context.limits().max_texel_buffer_elements).min(i32::MAX as u64)
+}
+
+/// Bytes behind the lights of a population that a window of lights may reach over.
+pub const LIGHT_MARGIN: u64 = (WINDOW * LIGHT_BYTES) as u64;
+
+#[cfg(test)]
+mod tests {
+    use super::super::generation::{Fitness, GenerationMemory};
+    use super::*;
+    use crate::gpu::testing;
+    use crate::gpu::vulkan::commands::Commands;
+    use crate::lighting::shading::Shading;
+    use crate::objective::Objective;
+
+    #[test]
+    fn windows_that_begin_before_their_lights_give_the_same_bits() {
+        const INDIVIDUALS: u32 = 11;
+        const LIGHTS: usize = 3;
+        let context = testing::context();
+        let (maps, view) = testing::maps(37, 29);
+        let light = |i: usize| LightRecord {
+            position: [(i % 5) as f32 - 2.0, (i % 7) as f32 - 3.0, 3.0],
+            radius2: [0.0, 9.0, 4.0][i % 3],
+            diffuse: 0.1 * (i % 9) as f32,
+            specular: 0.5,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let records: Vec<LightRecord> = (0..INDIVIDUALS as usize * LIGHTS).map(light).collect();
+        let scores = |alignment: u32| {
+            let (objective, shading) = (Objective::default(), Shading::default());
+            let mut memory =
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+            let mut runs = Runs::new(&context, &memory, maps.counts.object()).unwrap();
+            assert!(alignment.is_multiple_of(runs.alignment));
+            runs.alignment = alignment;
+            runs.prepare(&memory, LIGHTS).unwrap();
+            let fitness = Fitness::new(&context, &memory, &runs).unwrap();
+            let size = (INDIVIDUALS, records.len());
+            let mut generation =
+                GenerationMemory::new(&context, &mut memory, &mut runs, size).unwrap();
+            generation.lights.write(&records);
+            Commands::once(&context, |cmd| {
+                let stages = (&memory, &runs as &dyn Measure, &fitness);
+                generation.record(cmd, &context, stages, (INDIVIDUALS, LIGHTS), false);
+                Ok(())
+            })
+            .unwrap();
+            let mut scores = vec![0.0f32; INDIVIDUALS as usize];
+            generation.scores.read(&mut scores);
+            scores
+        };
+        // The most that Vulkan lets a device ask for, and a block's lights.
+        let [before, with] = [256, BLOCK * LIGHTS as u32 * LIGHT_BYTES].map(scores);
+        assert_eq!(before, with);
+        assert!(with.iter().all(|score| score.is_finite()) && with[0] != with[5]);
+        testing::assert_valid(&context);
+    }
+}

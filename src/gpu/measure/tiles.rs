@@ -1,0 +1,236 @@
+//! The pipeline `compute` for devices with fast shared memory: one stage, `tiles`, shades and
+//! measures the tiles of the picture that have an object pixel.
+
+use super::generation::{Measure, part_bytes};
+use crate::Result;
+use crate::gpu::Context;
+use crate::gpu::layout::{Chunk, Tile};
+use crate::gpu::shaders;
+use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
+use crate::gpu::vulkan::choice::TILES_GROUP;
+use crate::gpu::vulkan::commands::{
+    COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
+};
+use crate::gpu::vulkan::memory::{Access, Buffer};
+use crate::gpu::vulkan::pipeline::{ByLights, DescriptorSet, Pipeline, PipelineLayout};
+use crate::gpu::vulkan::staging;
+use ash::vk;
+use std::sync::Arc;
+
+/// Individuals that share a pass over the surface.
+const BLOCK: u32 = 4;
+/// Pixels of a tile's side.
+const SIDE: u32 = 32;
+
+/// The list of tiles, the stage, and the first picture.
+pub struct Tiles {
+    stages: ByLights,
+    /// Where the views change.
+    list_stage: Option<Pipeline>,
+    count: u32,
+    picture: Buffer,
+    layout: PipelineLayout,
+    set: DescriptorSet,
+    _list: Buffer,
+    context: Arc<Context>,
+}
+
+impl Tiles {
+    /// For a view whose records and types are there and stay.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
+        let tiles = tiles(&types(context, view)?, view.size);
+        let list = Buffer::of(context, "tiles", &tiles, vk::BufferUsageFlags::STORAGE_BUFFER)?;
+        Self::of(context, view, list, tiles.len() as u32)
+    }
+
+    /// For views that the stage `tile_list` looks through, all of the same size.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn of_any_view(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
+        let [columns, rows] = view.size.map(|side| side.div_ceil(SIDE));
+        let count = columns * rows;
+        let bytes = u64::from(count) * size_of::<Tile>() as u64;
+        let list = Buffer::storage(context, "tiles", bytes)?;
+        let mut tiles = Self::of(context, view, list, count)?;
+        let (spirv, constants) = (shaders::TILE_LIST_COMP, [TILES_GROUP, SIDE]);
+        let stage = Pipeline::compute(context, "tile_list", spirv, &tiles.layout, &constants)?;
+        tiles.list_stage = Some(stage);
+        Ok(tiles)
+    }
+
+    fn of(context: &Arc<Context>, view: &ViewMemory, list: Buffer, count: u32) -> Result<Self> {
+        let picture = picture(context, view)?;
+        let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
+        let bindings = [(0, kind.0, kind.1), (1, kind.0, kind.1)];
+        let mut set = DescriptorSet::new(context, "tiles", &bindings)?;
+        set.write_buffer(0, &list);
+        set.write_buffer(1, &picture);
+        let sets = [view.set.layout(), set.layout()];
+        let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
+        Ok(Self {
+            stages: ByLights::default(),
+            list_stage: None,
+            count,
+            picture,
+            layout,
+            set,
+            _list: list,
+            context: Arc::clone(context),
+        })
+    }
+}
+
+impl Measure for Tiles {
+    fn entries(&self) -> [u32; 2] {
+        [self.count; 2]
+    }
+
+    fn bin_bits(&self) -> u32 {
+        16 // a tile has more than 255 pixels
+    }
+
+    fn block(&self) -> u32 {
+        BLOCK
+    }
+
+    /// There are no pictures: the memory is for the partial results.
+    fn largest_chunk(&self) -> Result<u32> {
+        let each = part_bytes(self).iter().sum::<u64>().max(1) * u64::from(BLOCK);
+        let groups = self.context.limits().max_compute_work_group_count[1];
+        let blocks = (self.context.picture_memory() / each).max(1).min(groups.into());
+        Ok(u32::try_from(blocks * u64::from(BLOCK)).unwrap_or(u32::MAX - BLOCK))
+    }
+
+    fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
+        let subgroup = self.context.report().subgroup_size;
+        let constants = [TILES_GROUP, lights as u32, subgroup, SIDE, BLOCK];
+        let (spirv, layout) = (shaders::TILES_COMP, &self.layout);
+        let make = || Pipeline::compute(&self.context, "tiles", spirv, layout, &constants);
+        self.stages.prepare(lights, make)
+    }
+
+    fn prepared(&self, lights: usize) -> bool {
+        self.stages.has(lights)
+    }
+
+    fn allocate(&mut self, _view: &mut ViewMemory, _chunk: u32, _lights: &Buffer) -> Result<()> {
+        Ok(())
+    }
+
+    fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
+        let Some(list_stage) = &self.list_stage else { return };
+        let device = self.context.device();
+        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
+        let sets = [view.set.raw(), self.set.raw()];
+        let [columns, rows] = view.size.map(|side| side.div_ceil(SIDE));
+        // SAFETY: `cmd` is being recorded on this device; the list has room for every tile, the picture,
+        // of whole words, may be filled, and the pipeline was made for `layout`.
+        unsafe {
+            device.cmd_fill_buffer(cmd, self.picture.raw(), 0, vk::WHOLE_SIZE, 0);
+            device.cmd_bind_pipeline(cmd, point, list_stage.raw());
+            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[]);
+            device.cmd_dispatch(cmd, columns, rows, 1);
+        }
+        let written = (COMPUTE_WRITE.0 | COPY_WRITE.0, COMPUTE_WRITE.1 | COPY_WRITE.1);
+        let used = (COMPUTE_READ.0, COMPUTE_READ.1 | COMPUTE_WRITE.1);
+        self.context.barrier(cmd, written, used);
+    }
+
+    fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        timer: &mut StageTimer,
+        (chunk, count): (&Chunk, u32),
+        lights: usize,
+    ) {
+        let stage = self.stages.of(lights);
+        let device = self.context.device();
+        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
+        let sets = [view.set.raw(), self.set.raw()];
+        timer.stage(cmd, "tiles", || {
+            // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`.
+            unsafe {
+                device.cmd_bind_pipeline(cmd, point, stage.raw());
+                device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[]);
+                device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(chunk));
+                device.cmd_dispatch(cmd, self.count, count.div_ceil(BLOCK), 1);
+            }
+        });
+    }
+
+    fn first_picture(&self, _view: &ViewMemory) -> Result<Vec<f32>> {
+        let pixels = self.picture.size() as usize / size_of::<f32>();
+        staging::read_buffer(&self.context, &self.picture, pixels)
+    }
+}
+
+/// The first individual's picture, black for now, as it stays in the background.
+fn picture(context: &Arc<Context>, view: &ViewMemory) -> Result<Buffer> {
+    let size = 4 * u64::from(view.size[0]) * u64::from(view.size[1]);
+    let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+        | vk::BufferUsageFlags::TRANSFER_SRC
+        | vk::BufferUsageFlags::TRANSFER_DST;
+    let picture = Buffer::new(context, "picture", size, usage, Access::Device)?;
+    Commands::once(context, |cmd| {
+        // SAFETY: the buffer, of whole words, is alive and may be filled.
+        unsafe { context.device().cmd_fill_buffer(cmd, picture.raw(), 0, vk::WHOLE_SIZE, 0) };
+        Ok(())
+    })?;
+    Ok(picture)
+}
+
+/// The view's pixel types as numbers.
+fn types(context: &Arc<Context>, view: &ViewMemory) -> Result<Vec<u32>> {
+    let mut types = vec![0u32; view.size[0] as usize * view.size[1] as usize];
+    let (size, usage) = (size_of_val(&types[..]) as u64, vk::BufferUsageFlags::TRANSFER_DST);
+    let out = Buffer::new(context, "types", size, usage, Access::Readback)?;
+    Commands::once(context, |cmd| {
+        context.barrier(cmd, COMPUTE_WRITE, COPY_READ);
+        context.download(cmd, (&view.types, vk::ImageLayout::GENERAL, 0), &out);
+        context.barrier(cmd, COPY_WRITE, HOST_READ);
+        Ok(())
+    })?;
+    out.read(&mut types);
+    Ok(types)
+}
+
+/// The tiles that have an object pixel, row after row.
+fn tiles(types: &[u32], [width, height]: [u32; 2]) -> Vec<Tile> {
+    let mut tiles = Vec::new();
+    for (row, top) in (0..height).step_by(SIDE as usize).enumerate() {
+        for (column, left) in (0..width).step_by(SIDE as usize).enumerate() {
+            let inside = |k: &u32| left + k % SIDE < width && top + k / SIDE < height;
+            let object =
+                |k: &u32| types[((top + k / SIDE) * width + left + k % SIDE) as usize] != 0;
+            if let Some(k) = (0..SIDE * SIDE).filter(inside).find(object) {
+                let origin = (k / SIDE + 1) * (SIDE + 2) + k % SIDE + 1;
+                tiles.push(Tile { column: column as u32, row: row as u32, origin });
+            }
+        }
+    }
+    tiles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_tiles_with_an_object_pixel_are_listed() {
+        let mut types = vec![0; 70 * 40];
+        types[69] = 1;
+        types[33 * 70 + 5] = 2;
+        types[33 * 70 + 6] = 1;
+        let expected = [
+            Tile { column: 2, row: 0, origin: 34 + 6 },
+            Tile { column: 0, row: 1, origin: 2 * 34 + 6 },
+        ];
+        assert_eq!(tiles(&types, [70, 40]), expected);
+        assert_eq!(tiles(&[0; 12], [4, 3]), []);
+    }
+}

@@ -1,0 +1,383 @@
+//! What the device keeps of a view, and the seam between the stages that draw its maps and those of
+//! a generation.
+//!
+//! [`ViewMemory`] owns all of it, with the one descriptor set that every stage binds as set 0
+//! (`shaders/include/layout.glsl` declares it, [`layout::binding`] numbers it):
+//!
+//! - the G-buffer and the depth's maps ([`GBuffer`]), only where the device itself makes the maps.
+//!   The visibility draw or, of what an engine has drawn, the stage `surface` writes the G-buffer's
+//!   five images, `edges` the maps;
+//! - the pixel types, R32_UINT, numbered as [`PixelType`](crate::objective::maps::PixelType);
+//! - the surface's records, three RGBA32_SFLOAT images that `population` reads: position and
+//!   shininess; normal and diffuse reflectance; specular reflectance (normalised), unlit luminance
+//!   and pixel type (as a float) and 0. The three reflectances are luminances. `reflectance` makes
+//!   them on the device from the G-buffer and the types;
+//! - [`ViewStatistics`]: pixel counts, `G_n` and the background's depth. `fitness` reads the
+//!   counts and `G_n`.
+//!
+//! A generation needs types, records and statistics; [`ViewMemory::with_maps`] uploads them from
+//! plain maps instead. Every image stays in layout `GENERAL`, and whoever writes one makes it
+//! visible to compute and fragment shaders before the commands end.
+
+use crate::gpu::Context;
+use crate::gpu::layout::{self, Chunk, Parameters, ViewStatistics, binding};
+use crate::gpu::shaders;
+use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_WRITE, Commands, NOTHING};
+use crate::gpu::vulkan::memory::{Access, Buffer, Image, ImageDesc};
+use crate::gpu::vulkan::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
+use crate::gpu::vulkan::staging;
+use crate::lighting::shading::Shading;
+use crate::math::color::luminance;
+use crate::objective::Objective;
+use crate::objective::maps::{Maps, Surface};
+use crate::scene::view::View;
+use crate::{Error, Result};
+use ash::vk;
+use glam::Vec3;
+use std::sync::Arc;
+
+/// Invocations of a work group of the stages that work pixel by pixel: columns and rows.
+pub const PIXEL_GROUP: [u32; 2] = [32, 2];
+
+/// Push constants of the view's stages: [`Chunk`].
+pub const PUSH_BYTES: u32 = size_of::<Chunk>() as u32;
+/// Who reads the push constants.
+pub const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
+    vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::COMPUTE.as_raw(),
+);
+
+/// What the visibility draw or `surface`, and `edges` write. All of the picture's size, in layout `GENERAL`.
+pub struct GBuffer {
+    /// Colour code, R32_UINT; 0 is the background.
+    pub code: Image,
+    /// RGBA32_SFLOAT: position in the light frame, scene radii; perceptual roughness.
+    pub position_roughness: Image,
+    /// RGBA32_SFLOAT: unit normal turned to the viewer; metallic factor.
+    pub normal_metallic: Image,
+    /// RGBA32_SFLOAT: linear base colour; the last is unused.
+    pub base_color: Image,
+    /// RGBA32_SFLOAT: linear emitted radiance; the last is unused.
+    pub emissive: Image,
+    /// R32_SFLOAT: distance along the view axis.
+    pub depth: Image,
+    /// R32_SFLOAT: length of the depth's Sobel pair.
+    pub sobel: Image,
+    /// R32_SFLOAT: the depth's Laplacian.
+    pub laplace: Image,
+}
+
+/// All device memory of a view, its descriptor set and its stages' pipeline layout.
+pub struct ViewMemory {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Set 0 of every stage.
+    pub set: DescriptorSet,
+    /// Layout of the stages that need the view's set alone.
+    pub layout: PipelineLayout,
+    /// Where the device makes the maps.
+    pub g_buffer: Option<GBuffer>,
+    /// Pixel types.
+    pub types: Image,
+    /// The surface as `population` reads it.
+    pub records: [Image; 3],
+    /// [`ViewStatistics`], device-local.
+    pub statistics: Buffer,
+    /// [`Parameters`], which an engine's commands may update.
+    pub parameters: Buffer,
+    context: Arc<Context>,
+}
+
+impl ViewMemory {
+    /// Memory for a view; the records, the types and the statistics are yet to be written.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a picture larger than the device can draw, and what the device
+    /// reports.
+    pub fn new(
+        context: &Arc<Context>,
+        view: &View,
+        objective: &Objective,
+        shading: &Shading,
+    ) -> Result<Self> {
+        let size = [view.width, view.height];
+        let largest = context.report().max_size;
+        if size.iter().any(|&side| side > largest) {
+            return Err(Error::Argument(format!(
+                "picture size {}x{} is more than the device's {largest}x{largest}",
+                view.width, view.height
+            )));
+        }
+        let mut set = DescriptorSet::new(context, "view", &layout::bindings())?;
+        let layout = PipelineLayout::new(context, &[set.layout()], PUSH_STAGES, PUSH_BYTES)?;
+        let parameters = Buffer::of(
+            context,
+            "parameters",
+            &[Parameters::new(view, objective, shading)],
+            vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
+        )?;
+        set.write_buffer(binding::PARAMETERS, &parameters);
+        let types = map(context, size, "types", vk::Format::R32_UINT)?;
+        let record = |name| map(context, size, name, vk::Format::R32G32B32A32_SFLOAT);
+        let records = [record("record 0")?, record("record 1")?, record("record 2")?];
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_DST
+            | vk::BufferUsageFlags::TRANSFER_SRC;
+        let bytes = size_of::<ViewStatistics>() as u64;
+        let statistics = Buffer::new(context, "view statistics", bytes, usage, Access::Device)?;
+        set.write_buffer(binding::VIEW_STATISTICS, &statistics);
+        set.write_image(binding::TYPES, &types, vk::ImageLayout::GENERAL);
+        for (i, image) in records.iter().enumerate() {
+            set.write_image(binding::RECORD_0 + i as u32, image, vk::ImageLayout::GENERAL);
+            set.write_image(binding::SURFACE_0 + i as u32, image, vk::ImageLayout::GENERAL);
+        }
+        let memory = Self {
+            size,
+            set,
+            layout,
+            g_buffer: None,
+            types,
+            records,
+            statistics,
+            parameters,
+            context: Arc::clone(context),
+        };
+        let [a, b, c] = &memory.records;
+        to_general(context, &[&memory.types, a, b, c])?;
+        Ok(memory)
+    }
+
+    /// Adds the images that `edges` writes, and those that the visibility draw or, with `written` as
+    /// storage images, the stage `surface` writes.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn add_g_buffer(&mut self, written: vk::ImageUsageFlags) -> Result<&GBuffer> {
+        let g_buffer = GBuffer::new(&self.context, self.size, written)?;
+        for (number, image) in g_buffer.images() {
+            self.set.write_image(number, image, vk::ImageLayout::GENERAL);
+        }
+        to_general(&self.context, &g_buffer.images().map(|(_, image)| image))?;
+        Ok(self.g_buffer.insert(g_buffer))
+    }
+
+    /// Memory for the view that `maps` describes, ready for a generation.
+    ///
+    /// # Errors
+    /// As [`ViewMemory::new`]; [`Error::Argument`] when the maps have another size than the view.
+    pub fn with_maps(
+        context: &Arc<Context>,
+        maps: &Maps,
+        view: &View,
+        objective: &Objective,
+        shading: &Shading,
+    ) -> Result<Self> {
+        let surface = &maps.surface;
+        if (surface.width, surface.height) != (view.width, view.height) {
+            return Err(Error::Argument(format!(
+                "maps of {}x{} for a view of {}x{}",
+                surface.width, surface.height, view.width, view.height
+            )));
+        }
+        let memory = Self::new(context, view, objective, shading)?;
+        let types: Vec<u32> = maps.types.iter().map(|&kind| kind as u32).collect();
+        let records = records(maps, shading);
+        let statistics = ViewStatistics {
+            surface: maps.counts.surface,
+            edge: maps.counts.edge,
+            normal_detail: maps.normal_detail,
+            background_depth: 0.0,
+        };
+        let source = vk::BufferUsageFlags::TRANSFER_SRC;
+        let types = Buffer::of(context, "types upload", &types, source)?;
+        let [a, b, c] = &records;
+        let upload = |record: &Vec<[f32; 4]>| Buffer::of(context, "record upload", record, source);
+        let records = [upload(a)?, upload(b)?, upload(c)?];
+        let statistics = Buffer::of(context, "statistics upload", &[statistics], source)?;
+        Commands::once(context, |cmd| {
+            context.upload(cmd, &types, &memory.types);
+            for (from, to) in records.iter().zip(&memory.records) {
+                context.upload(cmd, from, to);
+            }
+            let region = [vk::BufferCopy::default().size(statistics.size())];
+            // SAFETY: both buffers are alive and hold the statistics.
+            unsafe {
+                let (from, to) = (statistics.raw(), memory.statistics.raw());
+                context.device().cmd_copy_buffer(cmd, from, to, &region);
+            }
+            Ok(())
+        })?;
+        Ok(memory)
+    }
+
+    /// Reads the statistics back.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn read_statistics(&self) -> Result<ViewStatistics> {
+        Ok(staging::read_buffer(&self.context, &self.statistics, 1)?[0])
+    }
+
+    /// Records a compute stage: its pipeline, the view's set, the push constants, the dispatch.
+    pub fn dispatch(
+        &self,
+        cmd: vk::CommandBuffer,
+        pipeline: &Pipeline,
+        groups: [u32; 3],
+        push: &Chunk,
+    ) {
+        let device = self.context.device();
+        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
+        // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`.
+        unsafe {
+            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
+            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[self.set.raw()], &[]);
+            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(push));
+            device.cmd_dispatch(cmd, groups[0], groups[1], groups[2]);
+        }
+    }
+
+    /// Work groups of [`PIXEL_GROUP`] that cover the picture.
+    pub fn pixel_groups(&self) -> [u32; 3] {
+        let [x, y] = PIXEL_GROUP;
+        [self.size[0].div_ceil(x), self.size[1].div_ceil(y), 1]
+    }
+}
+
+/// The stage `reflectance`: records from the G-buffer and the types.
+pub struct Reflectance(Pipeline);
+
+impl Reflectance {
+    /// # Errors
+    /// What the device reports.
+    pub fn new(context: &Arc<Context>, layout: &PipelineLayout) -> Result<Self> {
+        let spirv = shaders::REFLECTANCE_COMP;
+        Pipeline::compute(context, "reflectance", spirv, layout, &PIXEL_GROUP).map(Self)
+    }
+
+    /// Records the stage. G-buffer and types must be visible to compute shaders.
+    pub fn record(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
+        view.dispatch(cmd, &self.0, view.pixel_groups(), &Chunk::default());
+        view.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
+    }
+}
+
+impl GBuffer {
+    fn new(context: &Arc<Context>, size: [u32; 2], written: vk::ImageUsageFlags) -> Result<Self> {
+        let surface = |name, format| {
+            let usage = written
+                | vk::ImageUsageFlags::SAMPLED
+                | vk::ImageUsageFlags::TRANSFER_SRC
+                | vk::ImageUsageFlags::TRANSFER_DST;
+            image(context, size, name, format, usage)
+        };
+        let vec4 = vk::Format::R32G32B32A32_SFLOAT;
+        Ok(Self {
+            code: surface("code", vk::Format::R32_UINT)?,
+            position_roughness: surface("position, roughness", vec4)?,
+            normal_metallic: surface("normal, metallic", vec4)?,
+            base_color: surface("base color", vec4)?,
+            emissive: surface("emissive", vec4)?,
+            depth: map(context, size, "depth", vk::Format::R32_SFLOAT)?,
+            sobel: map(context, size, "sobel", vk::Format::R32_SFLOAT)?,
+            laplace: map(context, size, "laplace", vk::Format::R32_SFLOAT)?,
+        })
+    }
+
+    /// Every image with its binding.
+    pub fn images(&self) -> [(u32, &Image); 8] {
+        [
+            (binding::CODE, &self.code),
+            (binding::POSITION_ROUGHNESS, &self.position_roughness),
+            (binding::NORMAL_METALLIC, &self.normal_metallic),
+            (binding::BASE_COLOR, &self.base_color),
+            (binding::EMISSIVE, &self.emissive),
+            (binding::DEPTH, &self.depth),
+            (binding::SOBEL, &self.sobel),
+            (binding::LAPLACE, &self.laplace),
+        ]
+    }
+}
+
+/// An image that compute stages write and read.
+fn map(context: &Arc<Context>, size: [u32; 2], name: &str, format: vk::Format) -> Result<Image> {
+    let usage = vk::ImageUsageFlags::STORAGE
+        | vk::ImageUsageFlags::SAMPLED
+        | vk::ImageUsageFlags::TRANSFER_SRC
+        | vk::ImageUsageFlags::TRANSFER_DST;
+    image(context, size, name, format, usage)
+}
+
+fn image(
+    context: &Arc<Context>,
+    [width, height]: [u32; 2],
+    name: &str,
+    format: vk::Format,
+    usage: vk::ImageUsageFlags,
+) -> Result<Image> {
+    Image::new(context, &ImageDesc { name, format, width, height, layers: None, mips: 1, usage })
+}
+
+/// Moves fresh images to layout `GENERAL`.
+fn to_general(context: &Arc<Context>, images: &[&Image]) -> Result<()> {
+    Commands::once(context, |cmd| {
+        let layouts = (vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+        for image in images {
+            context.transition(cmd, image, layouts, NOTHING, COPY_WRITE);
+        }
+        Ok(())
+    })
+}
+
+/// The surface's records, as the stage `reflectance` makes them.
+fn records(maps: &Maps, shading: &Shading) -> [Vec<[f32; 4]>; 3] {
+    let surface: &Surface = &maps.surface;
+    let mut records = [const { Vec::new() }; 3];
+    for i in 0..maps.types.len() {
+        let looks = shading.reflectance(
+            Vec3::from(surface.base_color[i]),
+            surface.metallic[i],
+            surface.roughness[i],
+            Vec3::from(surface.emissive[i]),
+        );
+        let position = Vec3::from(surface.position[i]).extend(looks.shininess);
+        let normal = Vec3::from(surface.normal[i]).extend(luminance(looks.diffuse));
+        let kind = maps.types[i] as u32 as f32;
+        records[0].push(position.to_array());
+        records[1].push(normal.to_array());
+        records[2].push([luminance(looks.specular), luminance(looks.unlit), kind, 0.0]);
+    }
+    records
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::testing;
+
+    #[test]
+    fn the_device_makes_the_records_that_the_host_makes() {
+        let context = testing::context();
+        let (maps, view) = testing::maps(37, 19);
+        let (objective, shading) = (Objective::default(), Shading::default());
+        let uploaded = ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+        let mut drawn =
+            ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+        drawn.add_g_buffer(vk::ImageUsageFlags::COLOR_ATTACHMENT).unwrap();
+        testing::upload_surface(&context, &maps.surface, drawn.g_buffer.as_ref().unwrap());
+        let stage = Reflectance::new(&context, &drawn.layout).unwrap();
+        Commands::once(&context, |cmd| {
+            stage.record(cmd, &drawn);
+            Ok(())
+        })
+        .unwrap();
+        for (made, expected) in drawn.records.iter().zip(&uploaded.records) {
+            let made: Vec<[f32; 4]> = testing::download(&context, made);
+            let expected: Vec<[f32; 4]> = testing::download(&context, expected);
+            assert!(expected.iter().flatten().any(|&x| x != 0.0));
+            for (a, b) in made.as_flattened().iter().zip(expected.as_flattened()) {
+                assert!((a - b).abs() <= 1e-5 * b.abs().max(1.0), "{a} {b}");
+            }
+        }
+        testing::assert_valid(&context);
+    }
+}

@@ -1,0 +1,6 @@
+//! A view on the device: the draw of its visible surface and the maps that are made of it.
+
+pub mod drawn;
+pub mod maps;
+pub mod memory;
+pub mod visibility;

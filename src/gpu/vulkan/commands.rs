@@ -1,0 +1,437 @@
+//! Recording and running commands; labels and timestamps of the stages.
+
+use super::memory::{Buffer, Image};
+use crate::Result;
+use crate::gpu::Context;
+use crate::gpu::vulkan::Call;
+use ash::vk;
+use bytemuck::Pod;
+use std::ffi::CString;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long the end of a run is waited for awake: about as long as a generation takes on a large GPU.
+const SPIN: Duration = Duration::from_micros(200);
+
+/// A command buffer with its pool and the fence that tells its end.
+pub struct Commands {
+    pool: vk::CommandPool,
+    fence: vk::Fence,
+    raw: vk::CommandBuffer,
+    context: Arc<Context>,
+}
+
+impl Commands {
+    /// An empty command buffer.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
+        context.check_present()?;
+        let mut commands = Self {
+            pool: vk::CommandPool::null(),
+            fence: vk::Fence::null(),
+            raw: vk::CommandBuffer::null(),
+            context: Arc::clone(context),
+        };
+        let device = context.device();
+        let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family());
+        // SAFETY: the device is alive; every info is complete; a half-made `commands` is dropped
+        // on failure.
+        unsafe {
+            commands.pool = device.create_command_pool(&pool, None).call("vkCreateCommandPool")?;
+            commands.fence =
+                device.create_fence(&vk::FenceCreateInfo::default(), None).call("vkCreateFence")?;
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(commands.pool)
+                .level(vk::CommandBufferLevel::PRIMARY)
+                .command_buffer_count(1);
+            commands.raw =
+                device.allocate_command_buffers(&info).call("vkAllocateCommandBuffers")?[0];
+        }
+        Ok(commands)
+    }
+
+    /// Records what `body` does in place of what was recorded before. [`Commands::run`] may then
+    /// run it any number of times.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`], and what `body` returns.
+    pub fn record(&mut self, body: impl FnOnce(vk::CommandBuffer) -> Result<()>) -> Result<()> {
+        let device = self.context.device();
+        // SAFETY: `run` waits for the end, so the command buffer is not in use.
+        unsafe {
+            device
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .call("vkResetCommandPool")?;
+            device
+                .begin_command_buffer(self.raw, &vk::CommandBufferBeginInfo::default())
+                .call("vkBeginCommandBuffer")?;
+        }
+        body(self.raw)?;
+        // SAFETY: recording has begun above.
+        unsafe { device.end_command_buffer(self.raw) }.call("vkEndCommandBuffer")
+    }
+
+    /// Runs what was recorded and waits for its end.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`], a lost device among them.
+    pub fn run(&mut self) -> Result<()> {
+        let device = self.context.device();
+        let buffers = [self.raw];
+        let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
+        self.context.check_present()?;
+        // SAFETY: the fence is alive, and no work that would signal it is under way.
+        unsafe { device.reset_fences(&[self.fence]) }.call("vkResetFences")?;
+        self.context.submit(&submit, self.fence)?;
+        self.wait()
+    }
+
+    /// Waits for the fence: looks at it again and again for a while, as waking a thread takes longer
+    /// than many a generation.
+    fn wait(&self) -> Result<()> {
+        let device = self.context.device();
+        let start = Instant::now();
+        while start.elapsed() < SPIN {
+            // SAFETY: the fence is alive.
+            if unsafe { device.get_fence_status(self.fence) }.call("vkGetFenceStatus")? {
+                return Ok(());
+            }
+            std::hint::spin_loop();
+        }
+        // SAFETY: as above.
+        unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) }.call("vkWaitForFences")
+    }
+
+    /// Records `body`, runs it once and waits.
+    ///
+    /// # Errors
+    /// As [`Commands::record`] and [`Commands::run`].
+    pub fn once(
+        context: &Arc<Context>,
+        body: impl FnOnce(vk::CommandBuffer) -> Result<()>,
+    ) -> Result<()> {
+        let mut commands = Self::new(context)?;
+        commands.record(body)?;
+        commands.run()
+    }
+}
+
+impl Drop for Commands {
+    fn drop(&mut self) {
+        // SAFETY: `run` has waited for the work, unless the device is lost; null handles are
+        // allowed.
+        self.context.destroy(|device| unsafe {
+            device.destroy_fence(self.fence, None);
+            device.destroy_command_pool(self.pool, None);
+        });
+    }
+}
+
+/// What an access to memory is: the pipeline stages and the kinds of access.
+pub type Scope = (vk::PipelineStageFlags, vk::AccessFlags);
+
+/// Compute shaders write.
+pub const COMPUTE_WRITE: Scope =
+    (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+/// Compute shaders read.
+pub const COMPUTE_READ: Scope =
+    (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Fragments are written as colours.
+pub const COLOR_WRITE: Scope =
+    (vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+/// Copies read.
+pub const COPY_READ: Scope = (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+/// Copies write.
+pub const COPY_WRITE: Scope = (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+/// The host reads mapped memory.
+pub const HOST_READ: Scope = (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
+/// Nothing came before.
+pub const NOTHING: Scope = (vk::PipelineStageFlags::TOP_OF_PIPE, vk::AccessFlags::empty());
+
+/// Whoever used klieg's memory before, on the device.
+const EARLIER: Scope = (
+    vk::PipelineStageFlags::from_raw(
+        vk::PipelineStageFlags::ALL_GRAPHICS.as_raw()
+            | vk::PipelineStageFlags::COMPUTE_SHADER.as_raw()
+            | vk::PipelineStageFlags::TRANSFER.as_raw(),
+    ),
+    vk::AccessFlags::from_raw(
+        vk::AccessFlags::MEMORY_READ.as_raw() | vk::AccessFlags::MEMORY_WRITE.as_raw(),
+    ),
+);
+/// Bytes that one `vkCmdUpdateBuffer` may have at most.
+const UPDATE_BYTES: usize = 65536;
+
+impl Context {
+    /// What klieg's recordings use: the graphics stages only where they may draw, so that an engine's own
+    /// draws need not wait.
+    fn earlier(&self) -> Scope {
+        match self.needs().layers {
+            true => EARLIER,
+            false => (EARLIER.0 & !vk::PipelineStageFlags::ALL_GRAPHICS, EARLIER.1),
+        }
+    }
+
+    /// Lets what follows use klieg's memory after all that used it in earlier recordings.
+    pub(in crate::gpu) fn follow_earlier(&self, cmd: vk::CommandBuffer) {
+        self.barrier(cmd, self.earlier(), self.earlier());
+    }
+
+    /// Copies `data` into the commands, and from there to the front of `to` when they run; shaders see
+    /// it then. `to` may be a target of copies.
+    pub(in crate::gpu) fn update<T: Pod>(&self, cmd: vk::CommandBuffer, to: &Buffer, data: &[T]) {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        for (i, piece) in bytes.chunks(UPDATE_BYTES).enumerate() {
+            let offset = (i * UPDATE_BYTES) as u64;
+            // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds the data.
+            unsafe { self.device().cmd_update_buffer(cmd, to.raw(), offset, piece) };
+        }
+        self.barrier(cmd, COPY_WRITE, self.earlier());
+    }
+
+    /// Makes what `before` wrote, in any memory, seen by `after`.
+    pub(in crate::gpu) fn barrier(&self, cmd: vk::CommandBuffer, before: Scope, after: Scope) {
+        let memory =
+            [vk::MemoryBarrier::default().src_access_mask(before.1).dst_access_mask(after.1)];
+        let flags = vk::DependencyFlags::empty();
+        // SAFETY: `cmd` is being recorded on this device.
+        unsafe {
+            self.device().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &memory, &[], &[]);
+        }
+    }
+
+    /// Moves an image to another layout between `before` and `after`.
+    pub(in crate::gpu) fn transition(
+        &self,
+        cmd: vk::CommandBuffer,
+        image: &Image,
+        (from, to): (vk::ImageLayout, vk::ImageLayout),
+        before: Scope,
+        after: Scope,
+    ) {
+        let barrier = [vk::ImageMemoryBarrier::default()
+            .src_access_mask(before.1)
+            .dst_access_mask(after.1)
+            .old_layout(from)
+            .new_layout(to)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image.raw())
+            .subresource_range(image.range())];
+        let flags = vk::DependencyFlags::empty();
+        // SAFETY: `cmd` is being recorded on this device, and the image is alive.
+        unsafe {
+            self.device().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &[], &[], &barrier);
+        }
+    }
+
+    /// Copies the front of `from` to one layer of `to`, which is in layout `GENERAL`.
+    pub(in crate::gpu) fn upload(&self, cmd: vk::CommandBuffer, from: &Buffer, to: &Image) {
+        let layout = vk::ImageLayout::GENERAL;
+        // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds a whole layer.
+        unsafe {
+            self.device().cmd_copy_buffer_to_image(
+                cmd,
+                from.raw(),
+                to.raw(),
+                layout,
+                &[whole_layer(to, 0)],
+            );
+        }
+    }
+
+    /// Copies one layer of `from`, in the given layout, to the front of `to`.
+    pub(in crate::gpu) fn download(
+        &self,
+        cmd: vk::CommandBuffer,
+        (from, layout, layer): (&Image, vk::ImageLayout, u32),
+        to: &Buffer,
+    ) {
+        let region = [whole_layer(from, layer)];
+        // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds a whole layer.
+        unsafe {
+            self.device().cmd_copy_image_to_buffer(cmd, from.raw(), layout, to.raw(), &region);
+        }
+    }
+
+    /// Runs `body` between the begin and the end of a debug label.
+    pub(in crate::gpu) fn labelled<T>(
+        &self,
+        cmd: vk::CommandBuffer,
+        label: &str,
+        body: impl FnOnce() -> T,
+    ) -> T {
+        let name = CString::new(label).unwrap_or_default();
+        let info = vk::DebugUtilsLabelEXT::default().label_name(&name);
+        // SAFETY: `cmd` is being recorded; the extension is enabled where `debug` is present.
+        unsafe {
+            if let Some(debug) = self.debug() {
+                debug.cmd_begin_debug_utils_label(cmd, &info);
+            }
+            let out = body();
+            if let Some(debug) = self.debug() {
+                debug.cmd_end_debug_utils_label(cmd);
+            }
+            out
+        }
+    }
+}
+
+fn whole_layer(image: &Image, layer: u32) -> vk::BufferImageCopy {
+    let vk::Extent2D { width, height } = image.extent();
+    vk::BufferImageCopy::default()
+        .image_subresource(vk::ImageSubresourceLayers {
+            aspect_mask: image.range().aspect_mask,
+            mip_level: 0,
+            base_array_layer: layer,
+            layer_count: 1,
+        })
+        .image_extent(vk::Extent3D { width, height, depth: 1 })
+}
+
+/// Times the stages of recorded commands by GPU timestamps, where the queue has them.
+pub struct StageTimer {
+    pool: vk::QueryPool,
+    capacity: u32,
+    stems: Vec<&'static str>,
+    ticks: Vec<[u64; 2]>,
+    rows: Vec<(&'static str, f64)>,
+    context: Arc<Context>,
+}
+
+impl StageTimer {
+    /// A timer of at most `capacity` stages; one of none only labels them.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn new(context: &Arc<Context>, capacity: u32) -> Result<Self> {
+        let mut timer = Self {
+            pool: vk::QueryPool::null(),
+            capacity,
+            stems: Vec::with_capacity(capacity as usize),
+            ticks: Vec::with_capacity(capacity as usize),
+            rows: Vec::new(),
+            context: Arc::clone(context),
+        };
+        if capacity > 0 && context.report().timestamps {
+            let info = vk::QueryPoolCreateInfo::default()
+                .query_type(vk::QueryType::TIMESTAMP)
+                .query_count(2 * capacity);
+            // SAFETY: the device is alive; `info` is complete.
+            timer.pool = unsafe { context.device().create_query_pool(&info, None) }
+                .call("vkCreateQueryPool")?;
+        }
+        Ok(timer)
+    }
+
+    /// Forgets the stages; comes first in a recording.
+    pub fn reset(&mut self, cmd: vk::CommandBuffer) {
+        self.stems.clear();
+        if self.pool != vk::QueryPool::null() {
+            // SAFETY: `cmd` is being recorded on the pool's device.
+            unsafe {
+                self.context.device().cmd_reset_query_pool(cmd, self.pool, 0, 2 * self.capacity);
+            }
+        }
+    }
+
+    /// Records `body` as the stage `stem`, with its label and its two timestamps.
+    pub fn stage(&mut self, cmd: vk::CommandBuffer, stem: &'static str, body: impl FnOnce()) {
+        let timed = self.pool != vk::QueryPool::null() && self.stems.len() < self.capacity as usize;
+        let query = 2 * self.stems.len() as u32;
+        let stamp = |stage, query| {
+            if timed {
+                // SAFETY: `cmd` is being recorded, and the query was reset in it.
+                unsafe {
+                    self.context.device().cmd_write_timestamp(cmd, stage, self.pool, query);
+                }
+            }
+        };
+        self.context.labelled(cmd, stem, || {
+            stamp(vk::PipelineStageFlags::TOP_OF_PIPE, query);
+            body();
+            stamp(vk::PipelineStageFlags::BOTTOM_OF_PIPE, query + 1);
+        });
+        if timed {
+            self.stems.push(stem);
+        }
+    }
+
+    /// Reads the times of the run that has ended; none where the queue has no timestamps.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn read(&mut self) -> Result<()> {
+        self.rows.clear();
+        self.ticks.resize(self.stems.len(), [0; 2]);
+        if self.stems.is_empty() {
+            return Ok(());
+        }
+        let (device, flags) = (self.context.device(), vk::QueryResultFlags::TYPE_64);
+        let ticks = self.ticks.as_flattened_mut();
+        // SAFETY: the pool holds two 64-bit queries for each stem.
+        unsafe { device.get_query_pool_results(self.pool, 0, ticks, flags) }
+            .call("vkGetQueryPoolResults")?;
+        let period = f64::from(self.context.limits().timestamp_period) * 1e-6;
+        for (&stem, &[begin, end]) in self.stems.iter().zip(&self.ticks) {
+            let milliseconds = end.saturating_sub(begin) as f64 * period;
+            match self.rows.iter_mut().find(|row| row.0 == stem) {
+                Some(row) => row.1 += milliseconds,
+                None => self.rows.push((stem, milliseconds)),
+            }
+        }
+        Ok(())
+    }
+
+    /// Milliseconds of each stage, as read last, in order of first occurrence; a stage that ran
+    /// several times counts with its sum.
+    pub fn rows(&self) -> &[(&'static str, f64)] {
+        &self.rows
+    }
+}
+
+impl Drop for StageTimer {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the work before they drop the timer; null is allowed.
+        self.context.destroy(|device| unsafe { device.destroy_query_pool(self.pool, None) });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::testing;
+    use crate::gpu::vulkan::memory::Access;
+
+    /// Fills the same buffer twice, with or without a barrier between.
+    fn fill_twice(context: &Arc<Context>, barrier: bool) {
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let buffer = Buffer::new(context, "filled twice", 64, usage, Access::Device).unwrap();
+        Commands::once(context, |cmd| {
+            for value in 0..2 {
+                // SAFETY: the buffer is alive and may be filled.
+                unsafe { context.device().cmd_fill_buffer(cmd, buffer.raw(), 0, 64, value) };
+                if barrier {
+                    context.barrier(cmd, COPY_WRITE, COPY_WRITE);
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+    }
+
+    #[test]
+    fn a_missing_barrier_is_reported() {
+        let context = testing::context();
+        fill_twice(&context, true);
+        testing::assert_valid(&context);
+        fill_twice(&context, false);
+        let messages = context.validation_messages();
+        assert!(
+            messages.iter().any(|m| m.contains("SYNC-HAZARD-WRITE-AFTER-WRITE")),
+            "{messages:?}"
+        );
+    }
+}

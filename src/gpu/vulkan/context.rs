@@ -1,0 +1,412 @@
+//! A device to work on, with its queue and its memory: klieg's own, or an engine's.
+
+use super::allocator::{Blocks, DeviceAllocator, DeviceMemory, MemoryRequest};
+use super::borrowed::{BorrowedDevice, Held, QueueLock};
+use super::cache::Cache;
+use super::choice::{ComputeShape, PipelineKind};
+use super::devices::{self, DeviceChoice, DeviceReport};
+use super::instance::OwnedInstance;
+use super::owner::{Owner, create_device};
+use super::requirements::{self, Given, Needs};
+use crate::gpu::vulkan::Call;
+use crate::{Error, Result};
+use ash::{ext, vk};
+use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// How a [`Context`] on a device of its own is made.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ContextOptions {
+    /// Which device.
+    pub device: DeviceChoice,
+    /// Whether the validation layer, synchronisation included, watches every call: for tests. What
+    /// it says is in [`Context::validation_messages`].
+    pub validation: bool,
+    /// How evaluators work.
+    pub tuning: Tuning,
+}
+
+/// How the evaluators of a [`Context`] work.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tuning {
+    /// Bytes for the pictures of a population, at most; a population that needs more is drawn in
+    /// several parts. Half of the device's memory where not given.
+    pub picture_memory: Option<u64>,
+    /// How evaluators make the pictures; where not given the fastest for the device, or
+    /// [`PipelineKind::Layered`] for a view with more object pixels than that can hold.
+    pub pipeline: Option<PipelineKind>,
+    /// The shape of [`PipelineKind::Compute`]; the faster for the device where not given.
+    pub shape: Option<ComputeShape>,
+}
+
+/// What has been made and read back since the context began.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Buffers and images that got memory.
+    pub allocations: u64,
+    /// Pipelines.
+    pub pipelines: u64,
+    /// Descriptor sets, allocated or written anew.
+    pub descriptors: u64,
+    /// Bytes that the host read from the device's buffers.
+    pub bytes_read: u64,
+}
+
+#[derive(Default)]
+struct AtomicCounters {
+    allocations: AtomicU64,
+    pipelines: AtomicU64,
+    descriptors: AtomicU64,
+    bytes_read: AtomicU64,
+}
+
+/// A Vulkan device, one queue of it, and memory. Everything made on it holds it, so it goes last.
+///
+/// It may be shared between threads, each with evaluators of its own: submissions take turns. On a
+/// device that is lost, whatever reaches the device fails ([`Error::is_device_lost`]); dropping what
+/// was made on it is all that is left to do.
+pub struct Context {
+    allocator: ManuallyDrop<Mutex<Box<dyn DeviceAllocator>>>,
+    queue: Mutex<vk::Queue>,
+    queue_lock: Option<Arc<dyn QueueLock>>,
+    cache: Cache,
+    counters: AtomicCounters,
+    debug: Option<ext::debug_utils::Device>,
+    report: DeviceReport,
+    limits: vk::PhysicalDeviceLimits,
+    queue_family: u32,
+    physical: vk::PhysicalDevice,
+    needs: Needs,
+    picture_memory: u64,
+    pipeline: Option<PipelineKind>,
+    shape: ComputeShape,
+    forgotten: AtomicBool,
+    owner: Owner,
+}
+
+/// What a context is made of besides its device and instance.
+struct Parts {
+    report: DeviceReport,
+    physical: vk::PhysicalDevice,
+    queue: vk::Queue,
+    queue_family: u32,
+    queue_lock: Option<Arc<dyn QueueLock>>,
+    allocator: Option<Box<dyn DeviceAllocator>>,
+    needs: Needs,
+    full_indices: bool,
+    debug_utils: bool,
+}
+
+impl Context {
+    /// A context on a device of its own.
+    ///
+    /// # Errors
+    /// [`Error::NoVulkan`] without a loader, a device, or the validation layer when it is asked
+    /// for; [`Error::Argument`] when the named device is not there; [`Error::Unsupported`] when it
+    /// lacks something; [`Error::Vulkan`] and [`Error::DeviceMemory`] when the driver fails.
+    pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
+        let instance = OwnedInstance::new(options.validation)?;
+        let (physical, report) = devices::choose(&instance.raw, &options.device)?;
+        let queue_family = requirements::queue_family(&instance.raw, physical)
+            .expect("a device that lacks nothing has the queue");
+        let (device, full_indices) = create_device(&instance.raw, physical, queue_family)?;
+        // SAFETY: the device was created with one queue of this family.
+        let queue = unsafe { device.raw.get_device_queue(queue_family, 0) };
+        let parts = Parts {
+            report,
+            physical,
+            queue,
+            queue_family,
+            queue_lock: None,
+            allocator: None,
+            needs: Needs::ALL,
+            full_indices,
+            debug_utils: instance.debug_utils,
+        };
+        Self::of(Owner::Owned { device, instance }, parts, &options.tuning)
+    }
+
+    /// A context on an engine's device, which stays the engine's: klieg destroys what it makes itself,
+    /// and no more. Drop everything that klieg made on it before the device goes, or see
+    /// [`Context::forget_device`].
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] with all that the device, its queue or its enabled features lack for
+    /// `needs`; [`Error::Vulkan`] and [`Error::DeviceMemory`] when the driver fails.
+    ///
+    /// # Safety
+    /// The handles are valid, belong together, and stay valid while anything holds the context. The
+    /// features are enabled. Other threads use the queue only with the lock held.
+    pub unsafe fn borrow(
+        borrowed: BorrowedDevice,
+        needs: Needs,
+        tuning: &Tuning,
+    ) -> Result<Arc<Self>> {
+        let BorrowedDevice { instance, physical, device, queue, queue_family, .. } = borrowed;
+        let report = devices::report(&instance, 0, physical, Some(queue_family));
+        let given = Given {
+            api_version: borrowed.api_version,
+            enabled: borrowed.features,
+            queue: requirements::family(&instance, physical, queue_family).map(|f| f.queue_flags),
+        };
+        let lacks = requirements::lacking(&instance, physical, needs, given);
+        if !lacks.is_empty() {
+            let lacks = format!("it lacks {}", lacks.join("; "));
+            return Err(Error::Unsupported { device: report.info.name, lacks });
+        }
+        let parts = Parts {
+            report,
+            physical,
+            queue,
+            queue_family,
+            queue_lock: borrowed.queue_lock,
+            allocator: borrowed.allocator,
+            needs,
+            full_indices: borrowed.features.full_draw_index_uint32,
+            debug_utils: borrowed.debug_utils,
+        };
+        Self::of(Owner::Borrowed { device, instance }, parts, tuning)
+    }
+
+    fn of(owner: Owner, parts: Parts, tuning: &Tuning) -> Result<Arc<Self>> {
+        let Parts { report, physical, queue, queue_family, queue_lock, needs, .. } = parts;
+        let instance = owner.instance();
+        let together = requirements::together(instance, physical);
+        let shape = tuning.shape.unwrap_or(report.shape);
+        if shape == ComputeShape::Tiles && !ComputeShape::tiles_possible(together) {
+            let lacks = "it lacks the subgroups or the shared memory for tiles".into();
+            return Err(Error::Unsupported { device: report.info.name, lacks });
+        }
+        let allocator = match parts.allocator {
+            Some(allocator) => allocator,
+            None => Box::new(Blocks::new(instance, physical, owner.device())?),
+        };
+        let debug =
+            parts.debug_utils.then(|| ext::debug_utils::Device::new(instance, owner.device()));
+        // SAFETY: `physical` is a device of the living instance.
+        let mut limits = unsafe { instance.get_physical_device_properties(physical) }.limits;
+        if !parts.full_indices {
+            limits.max_draw_indexed_index_value =
+                limits.max_draw_indexed_index_value.min((1 << 24) - 1);
+        }
+        let picture_memory = tuning
+            .picture_memory
+            .unwrap_or(report.memory / 2)
+            .min(requirements::largest_allocation(instance, physical));
+        Ok(Arc::new(Self {
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            queue: Mutex::new(queue),
+            queue_lock,
+            cache: Cache::default(),
+            counters: AtomicCounters::default(),
+            debug,
+            report,
+            limits,
+            queue_family,
+            physical,
+            needs,
+            picture_memory,
+            pipeline: tuning.pipeline,
+            shape,
+            forgotten: AtomicBool::new(false),
+            owner,
+        }))
+    }
+
+    /// Says that the device is gone, or soon will be, before all that klieg made on it: from now on klieg
+    /// makes no Vulkan call. What it had made on the device is leaked there; everything but dropping
+    /// fails with [`Error::Forgotten`].
+    pub fn forget_device(&self) {
+        self.forgotten.store(true, Ordering::Release);
+    }
+
+    /// # Errors
+    /// [`Error::Forgotten`] after [`Context::forget_device`].
+    pub(in crate::gpu) fn check_present(&self) -> Result<()> {
+        match self.forgotten.load(Ordering::Acquire) {
+            true => Err(Error::Forgotten),
+            false => Ok(()),
+        }
+    }
+
+    /// Destroys objects of the device, unless it is gone.
+    pub(in crate::gpu) fn destroy(&self, body: impl FnOnce(&ash::Device)) {
+        if self.check_present().is_ok() {
+            body(self.device());
+        }
+    }
+
+    /// What the device was imported for.
+    pub(in crate::gpu) fn needs(&self) -> Needs {
+        self.needs
+    }
+
+    /// # Errors
+    /// [`Error::Unsupported`] unless the device was imported for `what`.
+    pub(in crate::gpu) fn check_needs(&self, covered: bool, what: &str) -> Result<()> {
+        match covered {
+            true => Ok(()),
+            false => Err(Error::Unsupported {
+                device: self.report.info.name.clone(),
+                lacks: format!("it was not imported for {what}"),
+            }),
+        }
+    }
+
+    /// The device.
+    pub fn report(&self) -> &DeviceReport {
+        &self.report
+    }
+
+    /// What the validation layer has reported so far; always empty without it, and on an engine's
+    /// device, whose instance hears it.
+    pub fn validation_messages(&self) -> Vec<String> {
+        match &self.owner {
+            Owner::Owned { instance, .. } => instance.messages.list(),
+            Owner::Borrowed { .. } => Vec::new(),
+        }
+    }
+
+    /// What has been made and read back so far.
+    pub fn counters(&self) -> Counters {
+        Counters {
+            allocations: self.counters.allocations.load(Ordering::Relaxed),
+            pipelines: self.counters.pipelines.load(Ordering::Relaxed),
+            descriptors: self.counters.descriptors.load(Ordering::Relaxed),
+            bytes_read: self.counters.bytes_read.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Bytes of device memory that are taken at the moment, what the allocator keeps for later
+    /// included.
+    pub fn memory_taken(&self) -> u64 {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner).capacity()
+    }
+
+    /// The device's functions.
+    pub(crate) fn device(&self) -> &ash::Device {
+        self.owner.device()
+    }
+
+    /// The device's limits.
+    pub(crate) fn limits(&self) -> &vk::PhysicalDeviceLimits {
+        &self.limits
+    }
+
+    /// An error that says what is more than the device can take.
+    pub(in crate::gpu) fn unsupported(&self, lacks: String) -> Error {
+        Error::Unsupported { device: self.report().info.name.clone(), lacks }
+    }
+
+    /// Bytes for the pictures of a population.
+    pub(in crate::gpu) fn picture_memory(&self) -> u64 {
+        self.picture_memory
+    }
+
+    /// How evaluators make the pictures, where that is given.
+    pub(in crate::gpu) fn pipeline(&self) -> Option<PipelineKind> {
+        self.pipeline
+    }
+
+    /// The shape of [`PipelineKind::Compute`].
+    pub(in crate::gpu) fn shape(&self) -> ComputeShape {
+        self.shape
+    }
+
+    /// The family of the queue.
+    pub(in crate::gpu) fn queue_family(&self) -> u32 {
+        self.queue_family
+    }
+
+    /// Layers and bytes that an image of `format` and `usage` can have at most.
+    pub(in crate::gpu) fn image_limits(
+        &self,
+        format: vk::Format,
+        usage: vk::ImageUsageFlags,
+    ) -> Result<vk::ImageFormatProperties> {
+        // SAFETY: `physical` is a device of the living instance.
+        unsafe {
+            self.owner.instance().get_physical_device_image_format_properties(
+                self.physical,
+                format,
+                vk::ImageType::TYPE_2D,
+                vk::ImageTiling::OPTIMAL,
+                usage,
+                vk::ImageCreateFlags::empty(),
+            )
+        }
+        .call("vkGetPhysicalDeviceImageFormatProperties")
+    }
+
+    /// Submits to the queue, alone.
+    pub(in crate::gpu) fn submit(
+        &self,
+        submits: &[vk::SubmitInfo<'_>],
+        fence: vk::Fence,
+    ) -> Result<()> {
+        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        let _engine = self.queue_lock.as_deref().map(Held::new);
+        // SAFETY: the queue is locked, against the engine too; the caller's commands are recorded and
+        // its fence is unsignalled.
+        unsafe { self.device().queue_submit(*queue, submits, fence) }.call("vkQueueSubmit")
+    }
+
+    /// Layouts, render passes and pipelines, for all who work on the device.
+    pub(in crate::gpu) fn cache(&self) -> &Cache {
+        &self.cache
+    }
+
+    /// Labels for debuggers, where there are any.
+    pub(in crate::gpu) fn debug(&self) -> Option<&ext::debug_utils::Device> {
+        self.debug.as_ref()
+    }
+
+    /// Names an object for debuggers and validation messages.
+    pub(in crate::gpu) fn name<T: vk::Handle>(&self, object: T, name: &str) {
+        let (Some(debug), Ok(name)) = (&self.debug, std::ffi::CString::new(name)) else { return };
+        let info =
+            vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        // SAFETY: `object` is alive and belongs to this device. A name that cannot be kept is lost
+        // for the debugger only.
+        let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+    }
+
+    pub(in crate::gpu) fn allocate(&self, request: &MemoryRequest<'_>) -> Result<DeviceMemory> {
+        self.counters.allocations.fetch_add(1, Ordering::Relaxed);
+        let mut allocator = self.allocator.lock().unwrap_or_else(PoisonError::into_inner);
+        allocator
+            .allocate(request)
+            .map_err(|source| Error::DeviceMemory { what: request.name.to_owned(), source })
+    }
+
+    pub(in crate::gpu) fn free(&self, memory: DeviceMemory) {
+        if self.check_present().is_ok() {
+            self.allocator.lock().unwrap_or_else(PoisonError::into_inner).free(memory);
+        }
+    }
+
+    pub(in crate::gpu) fn count_pipeline(&self) {
+        self.counters.pipelines.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(in crate::gpu) fn count_descriptors(&self) {
+        self.counters.descriptors.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(in crate::gpu) fn count_read(&self, bytes: usize) {
+        self.counters.bytes_read.fetch_add(bytes as u64, Ordering::Relaxed);
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        // SAFETY: whoever used the pipelines held the context, waited for his work, and is gone.
+        self.destroy(|device| unsafe { self.cache.destroy(device) });
+        // An allocator of a device that is gone must not free its memory there.
+        if self.check_present().is_ok() {
+            // SAFETY: dropped once, here, as its memory must be given back before the device goes.
+            unsafe { ManuallyDrop::drop(&mut self.allocator) };
+        }
+    }
+}

@@ -1,0 +1,346 @@
+//! Descriptor sets, pipeline layouts and compute pipelines.
+
+use super::cache::PipelineKey;
+use super::memory::{Buffer, Image, TexelBuffer};
+use crate::Result;
+use crate::gpu::Context;
+use crate::gpu::vulkan::Call;
+use ash::vk;
+use std::ffi::CStr;
+use std::sync::Arc;
+
+/// The entry point of every shader.
+const MAIN: &CStr = c"main";
+
+/// A binding of a set: its number, its kind, and the stages that may use it.
+pub type Binding = (u32, vk::DescriptorType, vk::ShaderStageFlags);
+
+/// The layout of sets with `bindings`, which the context keeps.
+///
+/// # Errors
+/// [`crate::Error::Vulkan`].
+pub fn set_layout(context: &Context, bindings: &[Binding]) -> Result<vk::DescriptorSetLayout> {
+    context.cache().set_layouts.get(bindings.to_vec(), || {
+        let of = |&(binding, kind, stages): &Binding| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(binding)
+                .descriptor_type(kind)
+                .descriptor_count(1)
+                .stage_flags(stages)
+        };
+        let bindings: Vec<_> = bindings.iter().map(of).collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: the device is alive; `info` is complete.
+        unsafe { context.device().create_descriptor_set_layout(&info, None) }
+            .call("vkCreateDescriptorSetLayout")
+    })
+}
+
+/// A descriptor set and its layout.
+pub struct DescriptorSet {
+    layout: vk::DescriptorSetLayout,
+    pool: vk::DescriptorPool,
+    raw: vk::DescriptorSet,
+    bindings: Vec<Binding>,
+    context: Arc<Context>,
+}
+
+impl DescriptorSet {
+    /// A set with nothing in it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn new(context: &Arc<Context>, name: &str, bindings: &[Binding]) -> Result<Self> {
+        let mut set = Self {
+            layout: set_layout(context, bindings)?,
+            pool: vk::DescriptorPool::null(),
+            raw: vk::DescriptorSet::null(),
+            bindings: bindings.to_vec(),
+            context: Arc::clone(context),
+        };
+        let size =
+            |&(_, kind, _): &Binding| vk::DescriptorPoolSize { ty: kind, descriptor_count: 1 };
+        let sizes: Vec<_> = bindings.iter().map(size).collect();
+        let pool = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
+        let device = context.device();
+        // SAFETY: the device is alive; every info is complete; a half-made `set` is dropped on
+        // failure.
+        unsafe {
+            set.pool = device.create_descriptor_pool(&pool, None).call("vkCreateDescriptorPool")?;
+            let layouts = [set.layout];
+            let info = vk::DescriptorSetAllocateInfo::default()
+                .descriptor_pool(set.pool)
+                .set_layouts(&layouts);
+            set.raw = device.allocate_descriptor_sets(&info).call("vkAllocateDescriptorSets")?[0];
+        }
+        context.count_descriptors();
+        context.name(set.raw, name);
+        Ok(set)
+    }
+
+    /// The Vulkan handle.
+    pub fn raw(&self) -> vk::DescriptorSet {
+        self.raw
+    }
+
+    /// The layout's Vulkan handle.
+    pub fn layout(&self) -> vk::DescriptorSetLayout {
+        self.layout
+    }
+
+    fn kind(&self, binding: u32) -> vk::DescriptorType {
+        let found = self.bindings.iter().find(|b| b.0 == binding);
+        found.expect("a binding of the layout").1
+    }
+
+    /// Puts a whole buffer at `binding`. The set must not be in use.
+    pub fn write_buffer(&mut self, binding: u32, buffer: &Buffer) {
+        self.write_window(binding, buffer, vk::WHOLE_SIZE);
+    }
+
+    /// Puts `range` bytes of a buffer, from the front or from a dynamic offset, at `binding`. The set
+    /// must not be in use.
+    pub fn write_window(&mut self, binding: u32, buffer: &Buffer, range: u64) {
+        let info = [vk::DescriptorBufferInfo::default().buffer(buffer.raw()).range(range)];
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(self.raw)
+            .dst_binding(binding)
+            .descriptor_type(self.kind(binding))
+            .buffer_info(&info);
+        self.context.count_descriptors();
+        // SAFETY: set and buffer are alive, and the set is not in use.
+        unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
+    }
+
+    /// Puts the texels of a buffer at `binding`. The set must not be in use.
+    pub fn write_texels(&mut self, binding: u32, texels: &TexelBuffer) {
+        let views = [texels.view()];
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(self.raw)
+            .dst_binding(binding)
+            .descriptor_type(self.kind(binding))
+            .texel_buffer_view(&views);
+        self.context.count_descriptors();
+        // SAFETY: set and view are alive, and the set is not in use.
+        unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
+    }
+
+    /// Puts an image in `layout` at `binding`. The set must not be in use.
+    pub fn write_image(&mut self, binding: u32, image: &Image, layout: vk::ImageLayout) {
+        self.write_view(binding, image.view(), layout);
+    }
+
+    /// Puts the image of a view, in `layout`, at `binding`. The set must not be in use.
+    pub fn write_view(&mut self, binding: u32, view: vk::ImageView, layout: vk::ImageLayout) {
+        let info = [vk::DescriptorImageInfo::default().image_view(view).image_layout(layout)];
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(self.raw)
+            .dst_binding(binding)
+            .descriptor_type(self.kind(binding))
+            .image_info(&info);
+        self.context.count_descriptors();
+        // SAFETY: set and view are alive, and the set is not in use.
+        unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
+    }
+}
+
+impl Drop for DescriptorSet {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the work that uses the set; a null handle is allowed.
+        self.context.destroy(|device| unsafe { device.destroy_descriptor_pool(self.pool, None) });
+    }
+}
+
+/// What pipelines take: descriptor sets and push constants. The context keeps it.
+#[derive(Clone, Copy)]
+pub struct PipelineLayout(vk::PipelineLayout);
+
+impl PipelineLayout {
+    /// A layout of sets with the layouts `sets`, in order, and `push_bytes` of push constants for
+    /// `push_stages`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn new(
+        context: &Context,
+        sets: &[vk::DescriptorSetLayout],
+        push_stages: vk::ShaderStageFlags,
+        push_bytes: u32,
+    ) -> Result<Self> {
+        let key = (sets.to_vec(), push_stages, push_bytes);
+        let make = || {
+            let push =
+                [vk::PushConstantRange { stage_flags: push_stages, offset: 0, size: push_bytes }];
+            let push = if push_bytes == 0 { &[][..] } else { &push[..] };
+            let info = vk::PipelineLayoutCreateInfo::default()
+                .set_layouts(sets)
+                .push_constant_ranges(push);
+            // SAFETY: the device and the set layouts are alive.
+            unsafe { context.device().create_pipeline_layout(&info, None) }
+                .call("vkCreatePipelineLayout")
+        };
+        context.cache().layouts.get(key, make).map(Self)
+    }
+
+    /// The Vulkan handle.
+    pub fn raw(&self) -> vk::PipelineLayout {
+        self.0
+    }
+}
+
+/// Values of specialisation constants, `u32` each: constant `i` has the number `i`.
+pub struct Specialization<'a> {
+    entries: Vec<vk::SpecializationMapEntry>,
+    values: &'a [u32],
+}
+
+impl<'a> Specialization<'a> {
+    /// Of the values in the order of their numbers.
+    pub fn new(values: &'a [u32]) -> Self {
+        let entry = |i: usize| vk::SpecializationMapEntry {
+            constant_id: i as u32,
+            offset: 4 * i as u32,
+            size: 4,
+        };
+        Self { entries: (0..values.len()).map(entry).collect(), values }
+    }
+
+    /// For a shader stage of a pipeline.
+    pub fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default()
+            .map_entries(&self.entries)
+            .data(bytemuck::cast_slice(self.values))
+    }
+}
+
+/// A shader module, which only its pipelines' making needs.
+pub struct ShaderModule {
+    raw: vk::ShaderModule,
+    context: Arc<Context>,
+}
+
+impl ShaderModule {
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn new(context: &Arc<Context>, spirv: &[u32]) -> Result<Self> {
+        let info = vk::ShaderModuleCreateInfo::default().code(spirv);
+        // SAFETY: the SPIR-V comes from our own build.
+        let raw = unsafe { context.device().create_shader_module(&info, None) }
+            .call("vkCreateShaderModule")?;
+        Ok(Self { raw, context: Arc::clone(context) })
+    }
+
+    /// The Vulkan handle.
+    pub fn raw(&self) -> vk::ShaderModule {
+        self.raw
+    }
+}
+
+impl Drop for ShaderModule {
+    fn drop(&mut self) {
+        // SAFETY: pipelines do not need their modules once made.
+        self.context.destroy(|device| unsafe { device.destroy_shader_module(self.raw, None) });
+    }
+}
+
+/// Pipelines that are specialised to the number of lights of a rig.
+#[derive(Default)]
+pub struct ByLights(Vec<(usize, Pipeline)>);
+
+impl ByLights {
+    /// Makes the pipeline for `lights` lights, unless it is there.
+    ///
+    /// # Errors
+    /// What `make` reports.
+    pub fn prepare(
+        &mut self,
+        lights: usize,
+        make: impl FnOnce() -> Result<Pipeline>,
+    ) -> Result<()> {
+        if !self.has(lights) {
+            self.0.push((lights, make()?));
+        }
+        Ok(())
+    }
+
+    /// Whether a number of lights was prepared.
+    pub fn has(&self, lights: usize) -> bool {
+        self.0.iter().any(|(l, _)| *l == lights)
+    }
+
+    /// The pipeline for a number of lights that was prepared.
+    pub fn of(&self, lights: usize) -> &Pipeline {
+        let found = self.0.iter().find(|(l, _)| *l == lights);
+        &found.expect("a prepared number of lights").1
+    }
+}
+
+/// One of a pipeline's stages.
+pub fn shader_stage<'a>(
+    stage: vk::ShaderStageFlags,
+    module: &ShaderModule,
+    specialization: &'a vk::SpecializationInfo<'a>,
+) -> vk::PipelineShaderStageCreateInfo<'a> {
+    vk::PipelineShaderStageCreateInfo::default()
+        .stage(stage)
+        .module(module.raw())
+        .name(MAIN)
+        .specialization_info(specialization)
+}
+
+/// A pipeline, which the context keeps.
+#[derive(Clone, Copy)]
+pub struct Pipeline(vk::Pipeline);
+
+impl Pipeline {
+    /// A compute stage, made now unless the context has it: shader `spirv`, always the same for a
+    /// stem, with its specialisation constants.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn compute(
+        context: &Arc<Context>,
+        stem: &'static str,
+        spirv: &[u32],
+        layout: &PipelineLayout,
+        constants: &[u32],
+    ) -> Result<Self> {
+        let pass = vk::RenderPass::null();
+        let key = PipelineKey { stem, constants: constants.to_vec(), layout: layout.0, pass };
+        Self::kept(context, key, || {
+            let module = ShaderModule::new(context, spirv)?;
+            let specialization = Specialization::new(constants);
+            let specialization = specialization.info();
+            let stage = shader_stage(vk::ShaderStageFlags::COMPUTE, &module, &specialization);
+            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.0)];
+            let cache = vk::PipelineCache::null();
+            // SAFETY: module and layout are alive, and the shader was written for the layout.
+            let made = unsafe { context.device().create_compute_pipelines(cache, &info, None) };
+            made.map(|made| made[0]).map_err(|(_, result)| result).call("vkCreateComputePipelines")
+        })
+    }
+
+    /// The context's pipeline of `key`, made now unless it is there.
+    ///
+    /// # Errors
+    /// What `make` reports.
+    pub fn kept(
+        context: &Context,
+        key: PipelineKey,
+        make: impl FnOnce() -> Result<vk::Pipeline>,
+    ) -> Result<Self> {
+        let stem = key.stem;
+        let make = || {
+            let raw = make()?;
+            context.count_pipeline();
+            context.name(raw, stem);
+            Ok(raw)
+        };
+        context.cache().pipelines.get(key, make).map(Self)
+    }
+
+    /// The Vulkan handle.
+    pub fn raw(&self) -> vk::Pipeline {
+        self.0
+    }
+}
