@@ -1,5 +1,5 @@
 #version 460
-// The five terms and F of every individual, a work group each. Partial results are combined in a
+// Statistics and F of every individual, a work group each. Partial results are combined in a
 // fixed order: first by invocation, then in a tree. References: Objective::terms, cpu::fitness.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
@@ -10,12 +10,15 @@ layout(constant_id = 1) const uint BINS = 32;
 layout(constant_id = 2) const uint BITS = 8; // of a bin of a partial histogram, 8 or 16
 const uint PACKED = 32 / BITS; // bins in a word
 const uint WORDS = BINS / PACKED;
-const float FLAT_NORMALS = 1e-6;
+layout(constant_id = 3) const bool APPEARANCE = false; // whether there are such parts
+
+#include "terms.glsl"
 
 shared uint bins[GROUP * PACKED];
 shared float disorder[GROUP]; // -p ln p
 shared Moments moments[GROUP];
 shared Gradient gradients[GROUP];
+shared Appearance appearances[GROUP];
 
 // Counts of the bins of a word of every so many entries.
 void gather_histogram(uint individual, uint lane) {
@@ -58,12 +61,42 @@ void gather_sums(uint individual, uint lane) {
     gradients[lane] = gradient;
 }
 
+// Of two sets, as combine() of moments.
+Appearance combine(Appearance a, Appearance b) {
+    Moments e = combine(Moments(a.count, a.mean, a.deviation), Moments(b.count, b.mean, b.deviation));
+    return Appearance(e.count, e.mean, e.deviation, a.covariance_x + b.covariance_x,
+        a.covariance_y + b.covariance_y, a.burnt + b.burnt, a.unlit + b.unlit,
+        a.residual + b.residual, a.detail + b.detail);
+}
+
+void gather_appearance(uint individual, uint lane) {
+    Appearance sum = Appearance(0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0);
+    for (uint e = lane; e < chunk.entries; e += GROUP) {
+        sum = combine(sum, appearance_parts[individual * chunk.entries + e]);
+    }
+    appearances[lane] = sum;
+}
+
+// Unit vector towards the individual's first key light; 0 without any.
+vec3 key_direction(uint place) {
+    for (uint i = 0; i < chunk.lights; ++i) {
+        Light light = lights[place * chunk.lights + i];
+        if (light.key > 0.0) {
+            return normalize(light.position);
+        }
+    }
+    return vec3(0.0);
+}
+
 void main() {
     uint lane = gl_LocalInvocationIndex;
     uint individual = gl_WorkGroupID.x;
     uint place = chunk.first + individual;
     gather_histogram(individual, lane);
     gather_sums(individual, lane);
+    if (APPEARANCE) {
+        gather_appearance(individual, lane);
+    }
     barrier();
     uint objects = view_statistics.surface + view_statistics.edge;
     uint count = 0;
@@ -83,33 +116,51 @@ void main() {
             moments[lane] = combine(moments[lane], moments[other]);
             gradients[lane].surface += gradients[other].surface;
             gradients[lane].edge += gradients[other].edge;
+            if (APPEARANCE) {
+                appearances[lane] = combine(appearances[lane], appearances[other]);
+            }
         }
         barrier();
     }
     if (lane != 0) {
         return;
     }
-    float contrast = gradients[0].edge / float(max(view_statistics.edge, 1));
-    float slope = gradients[0].surface / float(max(view_statistics.surface, 1));
-    float mean = moments[0].mean;
-    float variance = moments[0].deviation / float(max(objects, 1));
-    float target = parameters.mean_target;
-    float detail = view_statistics.normal_detail;
-    float f_edge = view_statistics.edge == 0 ? 0.0 : 1.0 - contrast;
-    float f_mean = abs(mean - target) / max(target, 1.0 - target);
-    float f_grad = detail < FLAT_NORMALS ? 0.0 : 1.0 - min(slope / detail, 1.0);
-    float f_var = 1.0 - min(sqrt(variance * 12.0), 1.0);
-    float f_hist = 1.0 - disorder[0] / log(float(BINS));
-    scores[place] = parameters.weight_edge * f_edge + parameters.weight_mean * f_mean
-        + parameters.weight_grad * f_grad + parameters.weight_var * f_var
-        + parameters.weight_hist * f_hist;
-    details[place].edge = f_edge;
-    details[place].mean = f_mean;
-    details[place].grad = f_grad;
-    details[place].var = f_var;
-    details[place].hist = f_hist;
-    details[place].picture_edge_contrast = contrast;
-    details[place].picture_mean = mean;
-    details[place].picture_variance = variance;
-    details[place].picture_gradient = slope;
+    Detail picture;
+    picture.edge_contrast = gradients[0].edge / float(max(view_statistics.edge, 1));
+    picture.mean = moments[0].mean;
+    picture.variance = moments[0].deviation / float(max(objects, 1));
+    picture.gradient = gradients[0].surface / float(max(view_statistics.surface, 1));
+    Appearance seen = Appearance(0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0);
+    if (APPEARANCE) {
+        seen = appearances[0];
+    }
+    float objects_or_one = float(max(objects, 1));
+    picture.detail = seen.detail / max(view_statistics.detail_weight, 1e-30);
+    picture.burnt = float(seen.burnt) / objects_or_one;
+    picture.unlit = float(seen.unlit) / objects_or_one;
+    picture.residual = seen.residual / float(max(view_statistics.target, 1));
+    picture.irradiance_mean = seen.mean;
+    picture.irradiance_variance = seen.deviation / objects_or_one;
+    picture.covariance_x = seen.covariance_x / objects_or_one;
+    picture.covariance_y = seen.covariance_y / objects_or_one;
+    vec3 key = key_direction(place);
+    picture.key_x = key.x;
+    picture.key_y = key.y;
+    picture.key_z = key.z;
+    scores[place] = weighted_terms(picture, disorder[0]);
+    details[place].edge_contrast = picture.edge_contrast;
+    details[place].mean = picture.mean;
+    details[place].variance = picture.variance;
+    details[place].gradient = picture.gradient;
+    details[place].detail = picture.detail;
+    details[place].burnt = picture.burnt;
+    details[place].unlit = picture.unlit;
+    details[place].residual = picture.residual;
+    details[place].irradiance_mean = picture.irradiance_mean;
+    details[place].irradiance_variance = picture.irradiance_variance;
+    details[place].covariance_x = picture.covariance_x;
+    details[place].covariance_y = picture.covariance_y;
+    details[place].key_x = key.x;
+    details[place].key_y = key.y;
+    details[place].key_z = key.z;
 }

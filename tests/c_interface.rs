@@ -176,7 +176,8 @@ fn expected(seed: u64) -> Vec<String> {
     let presets = Preset::ALL.map(|preset| {
         let population = Population::of([&preset.rig()[..]]).unwrap();
         let quality = evaluator.qualities(&population).unwrap()[0];
-        let [edge, mean, grad, var, hist] = quality.terms.to_array();
+        let [edge, mean, grad, var, hist] = ["edge", "mean", "grad", "var", "hist"]
+            .map(|name| quality.terms.get(name).expect("a term of the paper"));
         line("preset", &[quality.score, edge, mean, grad, var, hist])
     });
     let (role, kind, diffuse, specular) = (Role::Key, LightKind::Point, 1.5, 0.5);

@@ -124,7 +124,7 @@ fn an_even_picture_has_no_variance_at_all() {
     let view = view(200, 150, true);
     let made = evaluator(&context, &maps, &view).inspect(&rig).expect("an inspection");
     assert_eq!((made.statistics.variance, made.statistics.gradient), (0.0, 0.0));
-    assert_eq!(made.terms.hist, 1.0);
+    assert_eq!(made.terms.get("hist"), Some(1.0));
     assert_valid(&context);
 }
 

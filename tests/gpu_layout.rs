@@ -1,8 +1,8 @@
 //! The blocks that the shaders declare against the structs that the host writes, by reflection.
 
 use klieg::gpu::layout::{
-    Camera, Chunk, Detail, EngineSurface, GradientPart, InstanceRecord, MaterialRecord, MomentPart,
-    Parameters, TextureUse, Tile, ViewStatistics,
+    AppearancePart, Camera, Chunk, Detail, EngineSurface, GradientPart, InstanceRecord,
+    MaterialRecord, MomentPart, Parameters, TextureUse, Tile, ViewStatistics,
 };
 use klieg::gpu::shaders;
 use klieg::lighting::LightRecord;
@@ -48,19 +48,27 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 edge_laplace,
                 edge_contrast,
                 mean_target,
-                weight_edge,
-                weight_mean,
-                weight_grad,
-                weight_var,
-                weight_hist,
-                padding_end,
+                padding_middle,
+                weights,
             }),
         ),
         (
             "ViewStatistics",
-            host!(ViewStatistics { surface, edge, normal_detail, background_depth }),
+            host!(ViewStatistics {
+                surface,
+                edge,
+                normal_detail,
+                background_depth,
+                normal_mean,
+                normal_xx,
+                normal_xy,
+                normal_yy,
+                detail_weight,
+                base_luminance,
+                target
+            }),
         ),
-        ("Chunk", host!(Chunk { first, histogram_entries, entries, block, light })),
+        ("Chunk", host!(Chunk { first, histogram_entries, entries, block, light, lights })),
         ("Tile", host!(Tile { column, row, origin })),
         (
             "EngineSurface",
@@ -112,22 +120,56 @@ fn hosts() -> BTreeMap<&'static str, Host> {
             }),
         ),
         ("TextureUse", host!(TextureUse { u, v })),
-        ("Light", host!(LightRecord { position, radius2, diffuse, specular, padding })),
+        (
+            "Light",
+            host!(LightRecord {
+                position,
+                radius2,
+                diffuse,
+                specular,
+                cone_scale,
+                cone_offset,
+                color,
+                size,
+                axis,
+                key
+            }),
+        ),
         ("Moments", host!(MomentPart { count, mean, deviation })),
         ("Gradient", host!(GradientPart { surface, edge })),
         (
+            "Appearance",
+            host!(AppearancePart {
+                count,
+                mean,
+                deviation,
+                covariance_x,
+                covariance_y,
+                burnt,
+                unlit,
+                residual,
+                detail
+            }),
+        ),
+        (
             "Detail",
             host!(Detail {
-                edge,
+                edge_contrast,
                 mean,
-                grad,
-                var,
-                hist,
-                picture_edge_contrast,
-                picture_mean,
-                picture_variance,
-                picture_gradient,
-                histogram,
+                variance,
+                gradient,
+                detail,
+                burnt,
+                unlit,
+                residual,
+                irradiance_mean,
+                irradiance_variance,
+                covariance_x,
+                covariance_y,
+                key_x,
+                key_y,
+                key_z,
+                histogram
             }),
         ),
     ])

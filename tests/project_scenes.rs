@@ -34,7 +34,7 @@ fn open(name: &str, size: u32) -> (Scene, View) {
 
 /// The largest difference of a term.
 fn difference(a: &Inspection, b: &Inspection) -> f32 {
-    let terms = a.terms.to_array().into_iter().zip(b.terms.to_array());
+    let terms = a.terms.values().zip(b.terms.values());
     terms.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 

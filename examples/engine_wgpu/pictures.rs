@@ -78,5 +78,5 @@ fn native(stage: &Stage<'_>, maps: &Maps, objective: &Objective, layer: u32) -> 
         srgb_encode(luminance(Vec3::from(color)))
     };
     let picture: Vec<f32> = texels.map(brightness).collect();
-    Ok(objective.quality(&fitness::statistics(maps, &picture, objective), maps).score)
+    Ok(objective.quality(&fitness::statistics(maps, &picture, objective), &maps.statistics()).score)
 }

@@ -24,12 +24,8 @@ layout(set = 0, binding = 0, std140) uniform Parameters {
     float edge_laplace;
     float edge_contrast;
     float mean_target;
-    float weight_edge;
-    float weight_mean;
-    float weight_grad;
-    float weight_var;
-    float weight_hist;
-    float padding_end;
+    vec2 padding_middle;
+    vec4 weights[4]; // of the terms, in the order of term() in terms.glsl
 } parameters;
 
 // Unit vector to the viewer.
@@ -69,6 +65,13 @@ layout(set = 0, binding = 16, std430) buffer ViewStatistics {
     uint edge; // EDGE pixels
     float normal_detail; // G_n
     float background_depth; // the largest object depth + 1
+    vec2 normal_mean; // means of the normals' x and y over the object
+    float normal_xx; // their covariance matrix
+    float normal_xy;
+    float normal_yy;
+    float detail_weight; // sum over SURFACE of min(|grad n|, 0.5)
+    float base_luminance; // mean over the object
+    uint target; // pixels that the target picture tells
 } view_statistics;
 
 // The population's pictures: sRGB-encoded luminance 0..1, NO_OBJECT in the background.
@@ -99,19 +102,42 @@ layout(set = 0, binding = 21, std430) buffer GradientParts {
     Gradient gradient_parts[];
 };
 
+// What the lights do, of the encoded irradiance e = sRGB(min(1, E)) and the normals.
+struct Appearance {
+    uint count; // object pixels
+    float mean; // of e
+    float deviation; // sum of its squared distances from the mean
+    float covariance_x; // sum of e times the normals' distance from their mean
+    float covariance_y;
+    uint burnt; // pixels with a channel that is burnt out
+    uint unlit; // pixels of too little irradiance
+    float residual; // sum of squared distances from the target picture
+    float detail; // sum over SURFACE of the weight of the detail that is seen
+};
+layout(set = 0, binding = 24, std430) buffer AppearanceParts {
+    Appearance appearance_parts[];
+};
+
 layout(set = 0, binding = 22, std430) writeonly buffer Scores {
     float scores[];
 };
+// Statistics of an individual, as Statistics of the reference.
 struct Detail {
-    float edge; // the five terms
+    float edge_contrast;
     float mean;
-    float grad;
-    float var;
-    float hist;
-    float picture_edge_contrast; // and what they were made from
-    float picture_mean;
-    float picture_variance;
-    float picture_gradient;
+    float variance;
+    float gradient;
+    float detail;
+    float burnt;
+    float unlit;
+    float residual;
+    float irradiance_mean;
+    float irradiance_variance;
+    float covariance_x; // of the irradiance with the normals' x and y
+    float covariance_y;
+    float key_x; // unit vector towards the first key light; 0 without any
+    float key_y;
+    float key_z;
     uint histogram[32];
 };
 layout(set = 0, binding = 23, std430) writeonly buffer Details {
@@ -125,6 +151,7 @@ layout(push_constant) uniform Chunk {
     uint entries; // partial moments and gradients of each picture
     uint block; // of individuals, within the chunk
     uint light; // the block's first light, within the window of lights
+    uint lights; // lights of an individual
 } chunk;
 
 #endif

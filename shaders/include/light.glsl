@@ -3,11 +3,16 @@
 #define KLIEG_LIGHT
 
 struct Light {
-    vec3 position; // of a point light, or the unit direction towards a directional one
-    float radius2; // R * R of a point light; 0 marks a directional one
+    vec3 position; // or the unit direction towards a directional light
+    float radius2; // R * R; 0 marks a directional light
     float diffuse;
     float specular;
-    vec2 padding;
+    float cone_scale; // a spot's angular falloff is clamp(cosine * scale + offset, 0, 1) squared
+    float cone_offset;
+    vec3 color; // linear RGB of luminance 1
+    float size;
+    vec3 axis; // unit vector along a spot's cone, away from the light
+    float key; // 1 for a key light
 };
 
 #endif

@@ -77,7 +77,7 @@ pub unsafe extern "C" fn klieg_objective_defaults(objective: *mut klieg_objectiv
 /// Sets the defaults. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_shading_defaults(shading: *mut klieg_shading) -> klieg_status {
-    let Shading { ambient, dielectric, max_shininess } = Shading::default();
+    let Shading { ambient, dielectric, max_shininess, .. } = Shading::default();
     let defaults = klieg_shading { ambient, dielectric, max_shininess };
     // SAFETY: the caller's pointer.
     free_call(|| unsafe { put(shading, defaults, "shading") })
@@ -90,7 +90,14 @@ pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Objectiv
     unsafe { objective.as_ref() }.map_or_else(Objective::default, |given| {
         let klieg_terms { edge, mean, grad, var, hist } = given.weights;
         Objective {
-            weights: Terms { edge, mean, grad, var, hist },
+            weights: Terms::named([
+                ("edge", edge),
+                ("mean", mean),
+                ("grad", grad),
+                ("var", var),
+                ("hist", hist),
+            ])
+            .unwrap_or_default(),
             mean_target: given.mean_target,
             edge_contrast: given.edge_contrast,
             edge_sobel: given.edge_sobel,
@@ -105,12 +112,13 @@ pub(super) unsafe fn as_shading(shading: *const klieg_shading) -> Shading {
     // SAFETY: the caller's promise.
     unsafe { shading.as_ref() }.map_or_else(Shading::default, |given| {
         let &klieg_shading { ambient, dielectric, max_shininess } = given;
-        Shading { ambient, dielectric, max_shininess }
+        Shading { ambient, dielectric, max_shininess, ..Shading::default() }
     })
 }
 
 fn terms(terms: Terms) -> klieg_terms {
-    let Terms { edge, mean, grad, var, hist } = terms;
+    let [edge, mean, grad, var, hist] =
+        ["edge", "mean", "grad", "var", "hist"].map(|name| terms.get(name).unwrap_or(0.0));
     klieg_terms { edge, mean, grad, var, hist }
 }
 

@@ -134,8 +134,8 @@ impl LookOptions {
             fov: self.fov,
             ..ViewSettings::default()
         });
-        if let Some(weights) = self.weights {
-            weights.apply(&mut settings.objective.weights);
+        if let Some(weights) = &self.weights {
+            weights.apply(&mut settings.objective.weights)?;
         }
         Ok(settings)
     }

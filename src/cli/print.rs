@@ -27,7 +27,7 @@ pub(super) fn written(files: &[PathBuf]) -> String {
 
 /// What a design found, and where it stands.
 pub(super) fn design(design: &Design, files: &[PathBuf]) -> String {
-    let mut qualities = columns(&["", "F"], &Terms::NAMES);
+    let mut qualities = columns(&["", "F"], &names(&design.quality.terms));
     for (name, quality) in [("headlight", &design.headlight), ("designed", &design.quality)] {
         qualities.add_row(quality_row(name, quality.score, &quality.terms));
     }
@@ -42,13 +42,17 @@ pub(super) fn design(design: &Design, files: &[PathBuf]) -> String {
 
 /// A rig's quality.
 pub(super) fn score(score: &Score) -> String {
-    let mut qualities = columns(&["", "F"], &Terms::NAMES);
+    let mut qualities = columns(&["", "F"], &names(&score.quality.terms));
     qualities.add_row(quality_row(score.rig, score.quality.score, &score.quality.terms));
     format!("{qualities}\n\n{}\n", lights(&score.lights))
 }
 
+fn names(terms: &Terms) -> Vec<&'static str> {
+    terms.names().collect()
+}
+
 fn quality_row(name: &str, score: f32, terms: &Terms) -> Vec<String> {
-    let numbers = [score].into_iter().chain(terms.to_array());
+    let numbers = [score].into_iter().chain(terms.values());
     [name.into()].into_iter().chain(numbers.map(|x| format!("{x:.4}"))).collect()
 }
 

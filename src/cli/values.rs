@@ -4,7 +4,7 @@ use crate::error::within;
 use crate::lighting::genome::Genome;
 use crate::lighting::{Light, LightKind, MAX_LIGHTS, Role, check_number};
 use crate::math::range::Range;
-use crate::objective::Terms;
+use crate::objective::{Term, Terms};
 use crate::scene::view::MAX_SIDE;
 use crate::study::landscape::Grid;
 use serde::{Deserialize, Serialize};
@@ -173,23 +173,34 @@ impl FromStr for Lights {
     }
 }
 
-/// Weights of the terms: all five in order, or `name=value` pairs that leave the others alone.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weights([Option<f32>; 5]);
+/// Weights of terms, each `name=value`: they are set, and all other terms stay as they are. Without names
+/// they are those of the paper's five terms in order, which alone then count.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Weights {
+    /// By name.
+    Named(Vec<(String, f32)>),
+    /// Of the paper's terms.
+    Paper([f32; 5]),
+}
+
+/// The terms of the paper, in its order.
+const PAPER: [&str; 5] = ["edge", "mean", "grad", "var", "hist"];
 
 impl Weights {
     /// Sets what is given.
-    pub fn apply(self, terms: &mut Terms) {
-        let [edge, mean, grad, var, hist] = self.0;
-        for (value, term) in [
-            (edge, &mut terms.edge),
-            (mean, &mut terms.mean),
-            (grad, &mut terms.grad),
-            (var, &mut terms.var),
-            (hist, &mut terms.hist),
-        ] {
-            *term = value.unwrap_or(*term);
+    ///
+    /// # Errors
+    /// As [`Terms::set`].
+    pub fn apply(&self, weights: &mut Terms) -> crate::Result<()> {
+        match self {
+            Self::Named(pairs) => {
+                for (name, weight) in pairs {
+                    weights.set(Term::named(name)?, *weight)?;
+                }
+            }
+            Self::Paper(all) => *weights = Terms::named(PAPER.into_iter().zip(*all))?,
         }
+        Ok(())
     }
 }
 
@@ -197,30 +208,21 @@ impl FromStr for Weights {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let mut weights = [None; 5];
         let parts: Vec<&str> = text.split(',').map(str::trim).collect();
         if !text.contains('=') {
-            if parts.len() != 5 {
-                return Err(format!(
-                    "{} numbers instead of 5 (edge,mean,grad,var,hist)",
-                    parts.len()
-                ));
-            }
-            for (weight, part) in weights.iter_mut().zip(parts) {
-                *weight = Some(weight_value(part)?);
-            }
-            return Ok(Self(weights));
+            let numbers: Vec<f32> =
+                parts.iter().map(|part| weight_value(part)).collect::<Result<_, _>>()?;
+            let wrong =
+                |all: Vec<f32>| format!("{} numbers instead of 5 ({})", all.len(), PAPER.join(","));
+            return numbers.try_into().map(Self::Paper).map_err(wrong);
         }
-        for part in parts {
+        let pair = |part: &&str| {
             let (name, value) =
                 part.split_once('=').ok_or_else(|| format!("'{part}' is not a pair name=value"))?;
-            let at =
-                Terms::NAMES.iter().position(|known| *known == name.trim()).ok_or_else(|| {
-                    format!("'{name}' is not a term: they are {}", Terms::NAMES.join(", "))
-                })?;
-            weights[at] = Some(weight_value(value)?);
-        }
-        Ok(Self(weights))
+            let term = Term::named(name.trim()).map_err(|error| error.to_string())?;
+            Ok((term.name.to_owned(), weight_value(value)?))
+        };
+        parts.iter().map(pair).collect::<Result<_, String>>().map(Self::Named)
     }
 }
 
@@ -319,6 +321,7 @@ fn number(text: &str) -> Result<f32, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::objective::Objective;
 
     fn refused<T: FromStr>(texts: &[&str]) {
         texts.iter().for_each(|text| assert!(text.parse::<T>().is_err(), "{text}"));
@@ -350,11 +353,17 @@ mod tests {
 
     #[test]
     fn weights_in_order_and_by_name() {
-        let mut terms = Terms { edge: 0.2, mean: 0.2, grad: 0.2, var: 0.2, hist: 0.2 };
-        "var=0,edge=1.5".parse::<Weights>().unwrap().apply(&mut terms);
-        assert_eq!(terms.to_array(), [1.5, 0.2, 0.2, 0.0, 0.2]);
-        "1,2,3,4,5".parse::<Weights>().unwrap().apply(&mut terms);
-        assert_eq!(terms.to_array(), [1.0, 2.0, 3.0, 4.0, 5.0]);
+        let mut weights = Objective::default().weights;
+        let mut given = |text: &str| {
+            text.parse::<Weights>().unwrap().apply(&mut weights).unwrap();
+            weights.iter().map(|(term, weight)| (term.name, weight)).collect::<Vec<_>>()
+        };
+        let named = given("var=0,edge=1.5,relief=0.5");
+        let expected = [("edge", 1.5), ("mean", 0.2), ("grad", 0.2), ("var", 0.0), ("hist", 0.2)];
+        assert_eq!(named, [&expected[..], &[("relief", 0.5)]].concat());
+        let paper = given("1,2,3,4,5");
+        let expected = [("edge", 1.0), ("mean", 2.0), ("grad", 3.0), ("var", 4.0), ("hist", 5.0)];
+        assert_eq!(paper, expected);
         refused::<Weights>(&[
             "1,2,3",
             "1,2,3,4,nan",

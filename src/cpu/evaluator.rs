@@ -9,7 +9,7 @@ use super::kernels::{self, Tile};
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population};
-use crate::objective::maps::Maps;
+use crate::objective::maps::{Maps, ViewStatistics};
 use crate::objective::{HISTOGRAM_BINS, Objective, Quality, Statistics};
 use crate::scene::view::View;
 use crate::{Error, Result};
@@ -29,6 +29,7 @@ const THREAD_TASKS: usize = 4;
 #[derive(Debug)]
 pub struct CpuEvaluator {
     maps: Maps,
+    view: ViewStatistics,
     objective: Objective,
     pixels: Pixels,
     bands: Vec<Band>,
@@ -60,7 +61,16 @@ impl CpuEvaluator {
         let pixels = Pixels::new(&maps, view, &shading);
         let bands = pixels.bands(&maps);
         let (parts, rooms) = Default::default();
-        Self { maps, objective, pixels, bands, parts, rooms, device: device() }
+        Self {
+            view: maps.statistics(),
+            maps,
+            objective,
+            pixels,
+            bands,
+            parts,
+            rooms,
+            device: device(),
+        }
     }
 
     /// Tiles of a picture of any band.
@@ -138,7 +148,7 @@ impl CpuEvaluator {
             });
         for rig in 0..rigs {
             let statistics = self.statistics(parts.iter().skip(rig).step_by(rigs));
-            take(self.objective.quality(&statistics, &self.maps));
+            take(self.objective.quality(&statistics, &self.view));
         }
         self.parts = parts;
     }
@@ -166,6 +176,7 @@ impl CpuEvaluator {
             variance: mean_of(squares, counts.object()) as f32,
             gradient: mean_of(total(|part| part.gradient), counts.surface) as f32,
             histogram,
+            ..Statistics::default()
         }
     }
 }
@@ -209,7 +220,7 @@ impl Evaluator for CpuEvaluator {
             });
         }
         let statistics = self.statistics(parts.iter());
-        let Quality { score, terms } = self.objective.quality(&statistics, &self.maps);
+        let Quality { score, terms } = self.objective.quality(&statistics, &self.view);
         Ok(Inspection { score, terms, statistics, picture })
     }
 

@@ -3,6 +3,7 @@
 //! Each stage of the pipeline has a module of its name here, written as plainly as its formula: it is
 //! what the GPU's stage and the fast [`CpuEvaluator`] are tested against.
 
+pub mod appearance;
 pub mod edges;
 pub mod fitness;
 pub mod gradient;
@@ -13,6 +14,7 @@ pub mod pictures;
 pub mod pixel_types;
 pub mod pixels;
 pub mod population;
+pub mod shape;
 pub mod surface;
 pub mod visibility;
 pub mod visible;
@@ -40,8 +42,21 @@ pub fn maps(mut surface: Surface, objective: &Objective) -> Maps {
     let count = |kind| types.iter().filter(|&&t| t == kind).count() as u32;
     let counts = PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
     let visible = visible::visible(&surface.code);
-    let normal_detail = normal_detail::normal_detail(&surface, &types);
-    Maps { surface, sobel, laplace, types, counts, visible, normal_detail }
+    let (normal_gradient, normal_detail) = normal_detail::normal_detail(&surface, &types);
+    let shape = shape::shape(&surface, &types, &normal_gradient);
+    let target = Vec::new();
+    Maps {
+        surface,
+        sobel,
+        laplace,
+        types,
+        counts,
+        visible,
+        normal_gradient,
+        normal_detail,
+        shape,
+        target,
+    }
 }
 
 fn set_background_depth(surface: &mut Surface) {

@@ -1,8 +1,9 @@
 //! The picture of one individual: the stored surface under the rig's lights.
 
 use crate::lighting::LightRecord;
-use crate::lighting::shading::{Shading, light_response};
-use crate::math::color::{luminance, srgb_encode};
+use crate::lighting::shading::{Place, Response, Shading};
+use crate::math::color::{luminance, srgb_decode, srgb_encode};
+use crate::objective::BURNT;
 use crate::objective::maps::Maps;
 use crate::scene::view::View;
 use glam::Vec3;
@@ -33,7 +34,51 @@ pub fn color_picture(
     })
 }
 
-/// Linear radiance `L` of pixel `at` towards the viewer; `None` in the background.
+/// The encoded diffuse irradiance `e = sRGB(min(1, E))`, 0 in the background, one entry a pixel.
+pub fn irradiance(maps: &Maps, view: &View, shading: &Shading, rig: &[LightRecord]) -> Vec<f32> {
+    let encoded = |at| lit(maps, view, shading, rig, at).map_or(0.0, |l| srgb_encode(l.irradiance));
+    (0..maps.types.len()).map(encoded).collect()
+}
+
+/// Whether each pixel has a channel that is burnt out ([`BURNT`]); the background has none.
+pub fn burnt(maps: &Maps, view: &View, shading: &Shading, rig: &[LightRecord]) -> Vec<bool> {
+    let most = srgb_decode(BURNT);
+    let burnt =
+        |at| lit(maps, view, shading, rig, at).is_some_and(|l| l.radiance.max_element() >= most);
+    (0..maps.types.len()).map(burnt).collect()
+}
+
+/// Radiance of pixel `at` towards the viewer, and its irradiance; `None` in the background.
+fn lit(
+    maps: &Maps,
+    view: &View,
+    shading: &Shading,
+    rig: &[LightRecord],
+    at: usize,
+) -> Option<Response> {
+    let surface = &maps.surface;
+    if surface.code[at] == 0 {
+        return None;
+    }
+    let (position, normal) = (Vec3::from(surface.position[at]), Vec3::from(surface.normal[at]));
+    let place = Place { position, normal, to_viewer: view.towards_viewer(position) };
+    let looks = shading.reflectance(
+        surface.base_color[at].into(),
+        surface.metallic[at],
+        surface.roughness[at],
+        surface.emissive[at].into(),
+    );
+    let unlit = Response { radiance: looks.unlit, irradiance: 0.0 };
+    Some(rig.iter().fold(unlit, |sum, light| {
+        let one = shading.response(light, &place, &looks);
+        Response {
+            radiance: sum.radiance + one.radiance,
+            irradiance: sum.irradiance + one.irradiance,
+        }
+    }))
+}
+
+/// Linear radiance of pixel `at` towards the viewer; `None` in the background.
 fn radiance(
     maps: &Maps,
     view: &View,
@@ -41,20 +86,5 @@ fn radiance(
     rig: &[LightRecord],
     at: usize,
 ) -> Option<Vec3> {
-    let surface = &maps.surface;
-    if surface.code[at] == 0 {
-        return None;
-    }
-    let (p, n) = (Vec3::from(surface.position[at]), Vec3::from(surface.normal[at]));
-    let v = view.towards_viewer(p);
-    let reflectance = shading.reflectance(
-        surface.base_color[at].into(),
-        surface.metallic[at],
-        surface.roughness[at],
-        surface.emissive[at].into(),
-    );
-    Some(rig.iter().fold(reflectance.unlit, |l, light| {
-        let (diffuse, specular) = light_response(light, p, n, v, reflectance.shininess);
-        l + reflectance.diffuse * diffuse + reflectance.specular * specular
-    }))
+    lit(maps, view, shading, rig, at).map(|lit| lit.radiance)
 }

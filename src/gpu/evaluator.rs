@@ -1,7 +1,6 @@
 //! The Vulkan evaluator.
 
 use super::Context;
-use super::layout::Detail;
 use super::measure::forward::ForwardDraw;
 use super::measure::generation::{Fitness, GenerationMemory, Measure, ScoreTarget};
 use super::measure::layered::Layered;
@@ -350,7 +349,13 @@ impl Evaluator for GpuEvaluator {
         generation.lights.write(population.records());
         self.commands.run()?;
         generation.scores.read(scores);
-        generation.timer.read()
+        generation.timer.read()?;
+        if !self.view.objective.is_own() {
+            let details = generation.read_details(&self.context, scores.len())?;
+            let qualities = self.view.qualities(scores, &details)?;
+            scores.iter_mut().zip(qualities).for_each(|(score, judged)| *score = judged.score);
+        }
+        Ok(())
     }
 
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
@@ -361,17 +366,17 @@ impl Evaluator for GpuEvaluator {
         self.evaluate(population, &mut scores)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
         let details = generation.read_details(&self.context, scores.len())?;
-        let quality = |(score, detail): (f32, Detail)| Quality { score, terms: detail.terms() };
-        Ok(scores.into_iter().zip(details).map(quality).collect())
+        self.view.qualities(&scores, &details)
     }
 
     fn inspect(&mut self, rig: &[Light]) -> Result<Inspection> {
         let mut score = [0.0];
         self.evaluate(&Population::of([rig])?, &mut score)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
-        let detail = generation.read_details(&self.context, 1)?[0];
+        let details = generation.read_details(&self.context, 1)?;
+        let Quality { score, terms } = self.view.qualities(&score, &details)?[0];
         let picture = self.measure.first_picture(&self.view)?;
-        Ok(detail.inspection(score[0], picture))
+        Ok(Inspection { score, terms, statistics: details[0].statistics(), picture })
     }
 
     fn maps(&mut self) -> Result<&Maps> {

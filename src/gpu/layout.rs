@@ -3,9 +3,10 @@
 //! two by reflection.
 
 use super::vulkan::pipeline::Binding;
-use crate::evaluate::Inspection;
 use crate::lighting::shading::Shading;
-use crate::objective::{HISTOGRAM_BINS, Objective, Statistics, Terms};
+use crate::objective::maps::{self, Maps, PixelCounts, Shape};
+use crate::objective::terms::TERMS;
+use crate::objective::{HISTOGRAM_BINS, Irradiance, MAX_TERMS, Objective, Statistics};
 use crate::scene::view::View;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -36,24 +37,15 @@ pub struct Parameters {
     pub edge_contrast: f32,
     /// [`Objective::mean_target`].
     pub mean_target: f32,
-    /// Weight of `F_edge`.
-    pub weight_edge: f32,
-    /// Weight of `F_mean`.
-    pub weight_mean: f32,
-    /// Weight of `F_grad`.
-    pub weight_grad: f32,
-    /// Weight of `F_var`.
-    pub weight_var: f32,
-    /// Weight of `F_hist`.
-    pub weight_hist: f32,
     /// To a multiple of 16 bytes.
-    pub padding_end: f32,
+    pub padding_middle: [f32; 2],
+    /// Of klieg's own terms, in the order of [`TERMS`]; 0 beyond.
+    pub weights: [f32; MAX_TERMS],
 }
 
 impl Parameters {
     /// Of a view and its settings.
     pub fn new(view: &View, objective: &Objective, shading: &Shading) -> Self {
-        let weights = &objective.weights;
         Self {
             size: [view.width, view.height],
             orthographic: view.is_orthographic().into(),
@@ -66,14 +58,19 @@ impl Parameters {
             edge_laplace: objective.edge_laplace,
             edge_contrast: objective.edge_contrast,
             mean_target: objective.mean_target,
-            weight_edge: weights.edge,
-            weight_mean: weights.mean,
-            weight_grad: weights.grad,
-            weight_var: weights.var,
-            weight_hist: weights.hist,
-            padding_end: 0.0,
+            padding_middle: [0.0; 2],
+            weights: weights(objective),
         }
     }
+}
+
+/// The weights of klieg's own terms, in the order of [`TERMS`].
+fn weights(objective: &Objective) -> [f32; MAX_TERMS] {
+    let mut weights = [0.0; MAX_TERMS];
+    for (weight, term) in weights.iter_mut().zip(TERMS) {
+        *weight = objective.weights.get(term.name).unwrap_or(0.0);
+    }
+    weights
 }
 
 /// Push constants of a view's stages: the part of a population that is measured at once.
@@ -90,6 +87,8 @@ pub struct Chunk {
     pub block: u32,
     /// The block's first light within the window of lights.
     pub light: u32,
+    /// Lights of an individual; 0 where they are not known.
+    pub lights: u32,
 }
 
 /// Element of the storage block `Tiles`: a tile of the picture with an object pixel.
@@ -143,6 +142,54 @@ pub struct ViewStatistics {
     pub normal_detail: f32,
     /// The background's depth: the largest object depth + 1, scene radii.
     pub background_depth: f32,
+    /// [`Shape::normal_mean`].
+    pub normal_mean: [f32; 2],
+    /// [`Shape::normal_covariance`].
+    pub normal_xx: f32,
+    /// See `normal_xx`.
+    pub normal_xy: f32,
+    /// See `normal_xx`.
+    pub normal_yy: f32,
+    /// [`Shape::detail_weight`].
+    pub detail_weight: f32,
+    /// [`Shape::base_luminance`].
+    pub base_luminance: f32,
+    /// Pixels that the target picture tells.
+    pub target: u32,
+}
+
+impl From<&Maps> for ViewStatistics {
+    fn from(maps: &Maps) -> Self {
+        let [normal_xx, normal_xy, normal_yy] = maps.shape.normal_covariance;
+        Self {
+            surface: maps.counts.surface,
+            edge: maps.counts.edge,
+            normal_detail: maps.normal_detail,
+            background_depth: 0.0,
+            normal_mean: maps.shape.normal_mean,
+            normal_xx,
+            normal_xy,
+            normal_yy,
+            detail_weight: maps.shape.detail_weight,
+            base_luminance: maps.shape.base_luminance,
+            target: maps.told() as u32,
+        }
+    }
+}
+
+impl From<&ViewStatistics> for maps::ViewStatistics {
+    fn from(view: &ViewStatistics) -> Self {
+        Self {
+            counts: PixelCounts { surface: view.surface, edge: view.edge },
+            normal_detail: view.normal_detail,
+            shape: Shape {
+                normal_mean: view.normal_mean,
+                normal_covariance: [view.normal_xx, view.normal_xy, view.normal_yy],
+                detail_weight: view.detail_weight,
+                base_luminance: view.base_luminance,
+            },
+        }
+    }
 }
 
 impl ViewStatistics {
@@ -174,50 +221,89 @@ pub struct GradientPart {
     pub edge: f32,
 }
 
-/// Element of the storage block `Details`: an individual's terms, and what they were made from
-/// ([`crate::objective::Statistics`]).
+/// Element of the storage block `AppearanceParts`: what the lights do in a part of a picture, of the
+/// encoded irradiance `e` and the normals.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct AppearancePart {
+    /// Object pixels.
+    pub count: u32,
+    /// Mean of `e`.
+    pub mean: f32,
+    /// Sum of its squared distances from the mean.
+    pub deviation: f32,
+    /// Sum of `e` times the distance of `n_x` from its mean over the object.
+    pub covariance_x: f32,
+    /// As `covariance_x`, of `n_y`.
+    pub covariance_y: f32,
+    /// Pixels with a channel that is burnt out.
+    pub burnt: u32,
+    /// Pixels of too little irradiance.
+    pub unlit: u32,
+    /// Sum of the squared distances from the target picture.
+    pub residual: f32,
+    /// Sum over SURFACE of the weight of the detail that is seen.
+    pub detail: f32,
+}
+
+/// Element of the storage block `Details`: [`Statistics`] of an individual.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Detail {
-    /// `F_edge`.
-    pub edge: f32,
-    /// `F_mean`.
+    /// [`Statistics::edge_contrast`].
+    pub edge_contrast: f32,
+    /// [`Statistics::mean`].
     pub mean: f32,
-    /// `F_grad`.
-    pub grad: f32,
-    /// `F_var`.
-    pub var: f32,
-    /// `F_hist`.
-    pub hist: f32,
-    /// Mean over EDGE of the contrast.
-    pub picture_edge_contrast: f32,
-    /// Mean brightness.
-    pub picture_mean: f32,
-    /// Variance of the brightness.
-    pub picture_variance: f32,
-    /// Mean gradient over SURFACE.
-    pub picture_gradient: f32,
-    /// Object pixels in each bin.
+    /// [`Statistics::variance`].
+    pub variance: f32,
+    /// [`Statistics::gradient`].
+    pub gradient: f32,
+    /// [`Statistics::detail`].
+    pub detail: f32,
+    /// [`Statistics::burnt`].
+    pub burnt: f32,
+    /// [`Statistics::unlit`].
+    pub unlit: f32,
+    /// [`Statistics::residual`].
+    pub residual: f32,
+    /// [`Irradiance::mean`].
+    pub irradiance_mean: f32,
+    /// [`Irradiance::variance`].
+    pub irradiance_variance: f32,
+    /// [`Irradiance::covariance`].
+    pub covariance_x: f32,
+    /// See `covariance_x`.
+    pub covariance_y: f32,
+    /// [`Statistics::key`].
+    pub key_x: f32,
+    /// See `key_x`.
+    pub key_y: f32,
+    /// See `key_x`.
+    pub key_z: f32,
+    /// [`Statistics::histogram`].
     pub histogram: [u32; HISTOGRAM_BINS],
 }
 
 impl Detail {
-    /// The five terms.
-    pub fn terms(&self) -> Terms {
-        let Self { edge, mean, grad, var, hist, .. } = *self;
-        Terms { edge, mean, grad, var, hist }
-    }
-
-    /// With the score that the terms make, and the picture.
-    pub fn inspection(&self, score: f32, picture: Vec<f32>) -> Inspection {
-        let statistics = Statistics {
-            edge_contrast: self.picture_edge_contrast,
-            mean: self.picture_mean,
-            variance: self.picture_variance,
-            gradient: self.picture_gradient,
+    /// The statistics.
+    pub fn statistics(&self) -> Statistics {
+        Statistics {
+            edge_contrast: self.edge_contrast,
+            mean: self.mean,
+            variance: self.variance,
+            gradient: self.gradient,
             histogram: self.histogram,
-        };
-        Inspection { score, terms: self.terms(), statistics, picture }
+            detail: self.detail,
+            burnt: self.burnt,
+            unlit: self.unlit,
+            irradiance: Irradiance {
+                mean: self.irradiance_mean,
+                variance: self.irradiance_variance,
+                covariance: [self.covariance_x, self.covariance_y],
+            },
+            residual: self.residual,
+            key: [self.key_x, self.key_y, self.key_z],
+        }
     }
 }
 
@@ -340,8 +426,10 @@ pub mod binding {
     pub const GRADIENT: u32 = 21;
     /// Storage block: `F` of each individual.
     pub const SCORES: u32 = 22;
-    /// Storage block: terms and statistics of each individual.
+    /// Storage block: statistics of each individual.
     pub const DETAILS: u32 = 23;
+    /// Storage block: partial appearances.
+    pub const APPEARANCE: u32 = 24;
 }
 
 /// Numbers of the bindings of set 1 of the stages that visit object pixels alone.
@@ -403,7 +491,7 @@ pub fn bindings() -> Vec<Binding> {
         binding::PICTURES => (Kind::SAMPLED_IMAGE, Stage::COMPUTE),
         _ => (Kind::STORAGE_BUFFER, Stage::COMPUTE),
     };
-    (0..=binding::DETAILS)
+    (0..=binding::APPEARANCE)
         .map(|number| {
             let (kind, stages) = kind(number);
             (number, kind, stages)

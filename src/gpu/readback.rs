@@ -136,7 +136,7 @@ impl ReadbackEvaluator {
     fn measure(&mut self, rig: &[LightRecord]) -> Result<(Quality, Statistics)> {
         self.draw_one(rig)?;
         let statistics = fitness::statistics(&self.maps, &self.picture, &self.objective);
-        Ok((self.objective.quality(&statistics, &self.maps), statistics))
+        Ok((self.objective.quality(&statistics, &self.maps.statistics()), statistics))
     }
 }
 

@@ -112,7 +112,8 @@ impl Light {
             radius2,
             diffuse: self.diffuse,
             specular: self.specular,
-            padding: [0.0; 2],
+            key: if self.role == Role::Key { 1.0 } else { 0.0 },
+            ..LightRecord::DARK
         }
     }
 }
@@ -133,20 +134,53 @@ pub fn angles(direction: Vec3) -> (f32, f32) {
 /// The lights of one individual.
 pub type Rig = Vec<Light>;
 
-/// A light as both evaluators read it, 32 bytes: two `vec4` of the shaders.
+/// A light as both evaluators read it, 64 bytes: four `vec4` of the shaders.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct LightRecord {
-    /// Where a point light stands, or the unit direction towards a directional one; light frame.
+    /// Where a light stands, or the unit direction towards a directional one; light frame.
     pub position: [f32; 3],
-    /// `R²` of a point light, so that its falloff is `radius2 / d²`; 0 marks a directional light.
+    /// `R²` of a light that stands somewhere, so that its falloff is `radius2 / d²`; 0 marks a
+    /// directional light.
     pub radius2: f32,
     /// `Id`.
     pub diffuse: f32,
     /// `Is`.
     pub specular: f32,
-    /// To a multiple of 16 bytes.
-    pub padding: [f32; 2],
+    /// A spot's angular falloff is `clamp(cosine·cone_scale + cone_offset, 0, 1)²` with the cosine
+    /// between its axis and the way to the point (KHR_lights_punctual); 0 and 1 without a cone.
+    pub cone_scale: f32,
+    /// See `cone_scale`.
+    pub cone_offset: f32,
+    /// Linear RGB that both intensities are multiplied with; its luminance is 1.
+    pub color: [f32; 3],
+    /// Radius of the light itself, scene radii: its softness.
+    pub size: f32,
+    /// Unit vector along a spot's axis, away from the light; light frame.
+    pub axis: [f32; 3],
+    /// 1 for a key light, 0 for all others.
+    pub key: f32,
+}
+
+impl LightRecord {
+    /// A white directional light without intensity, from the viewer.
+    pub const DARK: Self = Self {
+        position: [0.0, 0.0, 1.0],
+        radius2: 0.0,
+        diffuse: 0.0,
+        specular: 0.0,
+        cone_scale: 0.0,
+        cone_offset: 1.0,
+        color: [1.0; 3],
+        size: 0.0,
+        axis: [0.0, 0.0, -1.0],
+        key: 0.0,
+    };
+
+    /// Whether it is white and has no cone, so that luminances alone tell the picture's brightness.
+    pub fn is_plain(&self) -> bool {
+        self.color == [1.0; 3] && self.cone_scale == 0.0
+    }
 }
 
 /// # Errors
@@ -229,6 +263,11 @@ impl Population {
     /// All lights, rig after rig: `len() · lights()` records.
     pub fn records(&self) -> &[LightRecord] {
         &self.records
+    }
+
+    /// Whether all lights are white and none has a cone ([`LightRecord::is_plain`]).
+    pub fn is_plain(&self) -> bool {
+        self.records.iter().all(LightRecord::is_plain)
     }
 
     /// The lights of each rig.

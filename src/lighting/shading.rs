@@ -5,13 +5,32 @@
 use super::LightRecord;
 use crate::Result;
 use crate::error::within;
+use crate::math::color::luminance;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Constants of the shading model.
+/// Least perceptual roughness of [`Brdf::Gltf`]: below it a highlight would be smaller than any pixel. The
+/// value is that of three.js.
+pub const MIN_ROUGHNESS: f32 = 0.0525;
+
+/// How surfaces reflect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Brdf {
+    /// Lambert, and a normalised Blinn-Phong lobe of the material's width.
+    #[default]
+    BlinnPhong,
+    /// That of the glTF 2.0 specification, appendix B: Lambert under GGX, the height-correlated Smith
+    /// masking-shadowing function and Schlick's Fresnel term.
+    Gltf,
+}
+
+/// The shading model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shading {
+    /// How surfaces reflect.
+    pub brdf: Brdf,
     /// Share of the base colour that is seen without any light.
     pub ambient: f32,
     /// Specular reflectance of dielectrics at normal incidence.
@@ -22,7 +41,7 @@ pub struct Shading {
 
 impl Default for Shading {
     fn default() -> Self {
-        Self { ambient: 0.03, dielectric: 0.04, max_shininess: 4096.0 }
+        Self { brdf: Brdf::default(), ambient: 0.03, dielectric: 0.04, max_shininess: 4096.0 }
     }
 }
 
@@ -34,6 +53,10 @@ pub struct Reflectance {
     /// `Ks·(s+8)/8` with `Ks = mix(0.04, base, metallic)`, linear RGB: the lobe's normalisation is
     /// part of it.
     pub specular: Vec3,
+    /// Reflectance at normal incidence `F0 = mix(0.04, base, metallic)`, linear RGB.
+    pub normal_incidence: Vec3,
+    /// Width of the GGX lobe, `α = max(roughness, 0.0525)²`.
+    pub alpha: f32,
     /// Blinn-Phong exponent `s = 2/α² − 2` in 1..=4096, with `α = roughness²`.
     pub shininess: f32,
     /// `0.03·base + emissive`, linear RGB.
@@ -59,42 +82,105 @@ impl Shading {
     ) -> Reflectance {
         let alpha = roughness * roughness;
         let shininess = (2.0 / (alpha * alpha) - 2.0).min(self.max_shininess).max(1.0);
-        let specular = Vec3::splat(self.dielectric).lerp(base, metallic);
+        let normal_incidence = Vec3::splat(self.dielectric).lerp(base, metallic);
+        let wide = roughness.max(MIN_ROUGHNESS);
         Reflectance {
             diffuse: base * (1.0 - metallic),
-            specular: specular * ((shininess + 8.0) / 8.0),
+            specular: normal_incidence * ((shininess + 8.0) / 8.0),
+            normal_incidence,
+            alpha: wide * wide,
             shininess,
             unlit: base * self.ambient + emissive,
         }
     }
 }
 
-/// How strongly one light acts on the diffuse and on the specular reflectance at `p`:
-/// `falloff·(n·l)·Id` and `falloff·(n·l)·Is·(n·h)^s`; both 0 unless `n·l > 0`.
-///
-/// `p` position, `n` unit normal turned to the viewer, `v` unit vector to the viewer; light frame.
-pub fn light_response(
-    light: &LightRecord,
-    p: Vec3,
-    n: Vec3,
-    v: Vec3,
-    shininess: f32,
-) -> (f32, f32) {
+/// What arrives of a light at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightSample {
+    /// Unit vector to the light.
+    pub towards: Vec3,
+    /// Radiance of a white matt surface that faces a light of intensity 1, linear RGB: colour, falloff
+    /// with the distance and falloff with the angle.
+    pub radiance: Vec3,
+}
+
+/// What arrives of `light` at `p`, light frame.
+pub fn sample(light: &LightRecord, p: Vec3) -> LightSample {
     let position = Vec3::from(light.position);
-    let (l, falloff) = if light.radius2 > 0.0 {
+    let (towards, falloff) = if light.radius2 > 0.0 {
         let to_light = position - p;
         let d2 = to_light.length_squared();
         (to_light / d2.sqrt(), light.radius2 / d2)
     } else {
         (position, 1.0)
     };
-    let n_l = n.dot(l);
-    if n_l.is_nan() || n_l <= 0.0 {
-        return (0.0, 0.0);
+    let cosine = -towards.dot(light.axis.into());
+    let cone = (cosine * light.cone_scale + light.cone_offset).clamp(0.0, 1.0);
+    LightSample { towards, radiance: Vec3::from(light.color) * (falloff * cone * cone) }
+}
+
+/// A point of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Position, light frame.
+    pub position: Vec3,
+    /// Unit normal, turned to the viewer.
+    pub normal: Vec3,
+    /// Unit vector to the viewer.
+    pub to_viewer: Vec3,
+}
+
+/// What one light adds at a place.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Response {
+    /// Radiance to the viewer, linear RGB.
+    pub radiance: Vec3,
+    /// Diffuse irradiance `E`: 1 where a white matt surface would show white.
+    pub irradiance: f32,
+}
+
+impl Shading {
+    /// What `light` adds at a place of that reflectance.
+    pub fn response(&self, light: &LightRecord, at: &Place, looks: &Reflectance) -> Response {
+        let LightSample { towards: l, radiance } = sample(light, at.position);
+        let n_l = at.normal.dot(l);
+        if n_l.is_nan() || n_l <= 0.0 {
+            return Response::default();
+        }
+        let received = radiance * n_l;
+        let (diffuse, specular) = match self.brdf {
+            Brdf::BlinnPhong => blinn_phong(at, l, looks),
+            Brdf::Gltf => gltf(at, l, n_l, looks),
+        };
+        Response {
+            radiance: received * (diffuse * light.diffuse + specular * light.specular),
+            irradiance: luminance(received) * light.diffuse,
+        }
     }
-    let n_h = n.dot((l + v).normalize_or_zero()).max(0.0);
-    let strength = falloff * n_l;
-    (strength * light.diffuse, strength * light.specular * n_h.powf(shininess))
+}
+
+/// Lambert's and Blinn-Phong's reflectances, both times π.
+fn blinn_phong(at: &Place, l: Vec3, looks: &Reflectance) -> (Vec3, Vec3) {
+    let n_h = at.normal.dot((l + at.to_viewer).normalize_or_zero()).max(0.0);
+    (looks.diffuse, looks.specular * n_h.powf(looks.shininess))
+}
+
+/// Both parts of the BRDF of glTF 2.0, appendix B.3, times π.
+fn gltf(at: &Place, l: Vec3, n_l: f32, looks: &Reflectance) -> (Vec3, Vec3) {
+    let (n, v) = (at.normal, at.to_viewer);
+    let h = (l + v).normalize_or_zero();
+    let alpha2 = looks.alpha * looks.alpha;
+    let (n_v, n_h) = (n.dot(v).max(1e-4), n.dot(h).clamp(0.0, 1.0));
+    let fresnel = {
+        let grazing = (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5);
+        looks.normal_incidence + (Vec3::ONE - looks.normal_incidence) * grazing
+    };
+    let spread = n_h * n_h * (alpha2 - 1.0) + 1.0;
+    let distribution = alpha2 / (spread * spread);
+    let masking = |a: f32, b: f32| a * (b * b * (1.0 - alpha2) + alpha2).sqrt();
+    let visibility = 0.5 / (masking(n_l, n_v) + masking(n_v, n_l));
+    (looks.diffuse * (Vec3::ONE - fresnel), fresnel * (distribution * visibility))
 }
 
 #[cfg(test)]
@@ -108,14 +194,19 @@ mod tests {
             radius2: 4.0,
             diffuse: 0.7,
             specular: 0.5,
-            padding: [0.0; 2],
+            ..LightRecord::DARK
         };
-        let (diffuse, specular) = light_response(&light, Vec3::ZERO, Vec3::Z, Vec3::Z, 100.0);
-        assert_eq!((diffuse, specular), (0.7, 0.5));
-        let behind = light_response(&light, Vec3::ZERO, -Vec3::Z, -Vec3::Z, 100.0);
-        assert_eq!(behind, (0.0, 0.0));
-        let near = light_response(&light, Vec3::Z, Vec3::Z, Vec3::Z, 100.0);
-        assert_eq!(near.0, 4.0 * 0.7);
+        let shading = Shading::default();
+        let white = shading.reflectance(Vec3::ONE, 0.0, 1.0, Vec3::ZERO);
+        let matt = Reflectance { specular: Vec3::ZERO, ..white };
+        let respond = |position, normal| {
+            let at = Place { position, normal, to_viewer: normal };
+            shading.response(&light, &at, &matt)
+        };
+        let facing = respond(Vec3::ZERO, Vec3::Z);
+        assert_eq!(facing, Response { radiance: Vec3::splat(0.7), irradiance: 0.7 });
+        assert_eq!(respond(Vec3::ZERO, -Vec3::Z), Response::default());
+        assert_eq!(respond(Vec3::Z, Vec3::Z).radiance, Vec3::splat(4.0 * 0.7));
     }
 
     #[test]

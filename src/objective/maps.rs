@@ -55,6 +55,46 @@ impl PixelCounts {
     }
 }
 
+/// The shape that a view shows, in a few numbers.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Shape {
+    /// Means of the normals' components `n_x` and `n_y` over the object, light frame.
+    pub normal_mean: [f32; 2],
+    /// Their covariance matrix: `xx`, `xy`, `yy`.
+    pub normal_covariance: [f32; 3],
+    /// Sum over SURFACE of `w = min(|∇n|, 0.5)`.
+    pub detail_weight: f32,
+    /// Mean luminance of the base colour over the object, linear.
+    pub base_luminance: f32,
+}
+
+impl Shape {
+    /// Added to both variances, so that a cylinder's covariance matrix has an inverse.
+    pub const RIDGE: f32 = 1e-4;
+
+    /// The inverse of the normals' covariance matrix: `xx`, `xy`, `yy`; `None` on flat geometry.
+    pub fn normal_precision(&self) -> Option<[f32; 3]> {
+        let [xx, xy, yy] = self.normal_covariance;
+        if xx + yy < Self::RIDGE {
+            return None;
+        }
+        let (xx, yy) = (xx + Self::RIDGE, yy + Self::RIDGE);
+        let determinant = xx * yy - xy * xy;
+        Some([yy / determinant, -xy / determinant, xx / determinant])
+    }
+}
+
+/// What terms read of a view.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ViewStatistics {
+    /// Pixels of each kind.
+    pub counts: PixelCounts,
+    /// `G_n`, see [`Maps::normal_detail`].
+    pub normal_detail: f32,
+    /// The shape.
+    pub shape: Shape,
+}
+
 /// The maps of a view.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Maps {
@@ -70,7 +110,27 @@ pub struct Maps {
     pub counts: PixelCounts,
     /// Colour codes that occur, ascending.
     pub visible: Vec<u32>,
-    /// `G_n`: mean over SURFACE of the Frobenius length of the Sobel pair on the unit normals, a tap
-    /// outside the object or the picture taking the centre's value.
+    /// `|∇n|`, `n`: Frobenius length of the Sobel pair on the unit normals at SURFACE pixels, 0 elsewhere; a
+    /// tap outside the object or the picture takes the centre's value.
+    pub normal_gradient: Vec<f32>,
+    /// `G_n`: mean of [`Maps::normal_gradient`] over SURFACE.
     pub normal_detail: f32,
+    /// The shape in a few numbers.
+    pub shape: Shape,
+    /// A target picture's encoded luminance, `n`, negative where it tells nothing; empty without a target.
+    pub target: Vec<f32>,
+}
+
+impl Maps {
+    /// Object pixels that the target picture tells.
+    pub fn told(&self) -> usize {
+        let pixels = std::iter::zip(&self.types, &self.target);
+        pixels.filter(|&(&kind, &t)| kind != PixelType::Background && t >= 0.0).count()
+    }
+
+    /// What terms read.
+    pub fn statistics(&self) -> ViewStatistics {
+        let &Self { counts, normal_detail, shape, .. } = self;
+        ViewStatistics { counts, normal_detail, shape }
+    }
 }

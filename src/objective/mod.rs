@@ -3,50 +3,29 @@
 //! or threshold: what stands here is our reconstruction, `docs/METHOD.md`.
 
 pub mod maps;
+mod statistics;
+mod term;
+pub mod terms;
 
 use crate::error::within;
 use crate::{Error, Result};
-use maps::Maps;
+use maps::ViewStatistics;
 use serde::{Deserialize, Serialize};
+
+pub use statistics::{
+    BURNT, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, Irradiance, Statistics, UNLIT,
+};
+pub use term::{MAX_TERMS, Needs, Term, Terms};
 
 /// Bins of the brightness histogram.
 pub const HISTOGRAM_BINS: usize = 32;
-
-/// Mean gradient of the normals below which the geometry counts as flat and `F_grad` is 0.
-pub const FLAT_NORMALS: f32 = 1e-6;
-
-/// One number for each of the five terms.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Terms {
-    /// `F_edge`, edge distinctness.
-    pub edge: f32,
-    /// `F_mean`, mean brightness.
-    pub mean: f32,
-    /// `F_grad`, mean shading gradient.
-    pub grad: f32,
-    /// `F_var`, intensity range.
-    pub var: f32,
-    /// `F_hist`, evenness of the histogram.
-    pub hist: f32,
-}
-
-impl Terms {
-    /// Names, in the order of [`Terms::to_array`].
-    pub const NAMES: [&str; 5] = ["edge", "mean", "grad", "var", "hist"];
-
-    /// The five numbers in order.
-    pub fn to_array(self) -> [f32; 5] {
-        [self.edge, self.mean, self.grad, self.var, self.hist]
-    }
-}
 
 /// A picture's quality.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quality {
     /// `F`.
     pub score: f32,
-    /// The five terms.
+    /// The objective's terms.
     pub terms: Terms,
 }
 
@@ -69,7 +48,7 @@ pub struct Objective {
 impl Default for Objective {
     fn default() -> Self {
         Self {
-            weights: Terms { edge: 0.2, mean: 0.2, grad: 0.2, var: 0.2, hist: 0.2 },
+            weights: paper_weights(),
             mean_target: 0.5,
             edge_contrast: 0.06,
             edge_sobel: 0.02,
@@ -78,75 +57,61 @@ impl Default for Objective {
     }
 }
 
-/// What the reductions measure in one picture `I` (sRGB-encoded luminance, 0..=1).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Statistics {
-    /// Mean over EDGE of `min(1, |∇I| / edge_contrast)`; 0 without EDGE pixels.
-    pub edge_contrast: f32,
-    /// Mean of `I` over the object.
-    pub mean: f32,
-    /// Variance of `I` over the object.
-    pub variance: f32,
-    /// `G`, mean of `|∇I|` over SURFACE; 0 without SURFACE pixels.
-    pub gradient: f32,
-    /// Object pixels in each bin.
-    pub histogram: [u32; HISTOGRAM_BINS],
-}
-
 impl Objective {
     /// # Errors
     /// [`Error::Argument`] that names the first setting out of its range.
     pub fn check(&self) -> Result<()> {
-        let weights = self.weights.to_array();
-        for (name, weight) in Terms::NAMES.iter().zip(weights) {
-            within(&format!("weight {name}"), weight, 0.0, f32::MAX)?;
+        for (term, weight) in self.weights.iter() {
+            within(&format!("weight {}", term.name), weight, 0.0, f32::MAX)?;
         }
-        if weights.iter().all(|&weight| weight == 0.0) {
+        if self.weights.values().all(|weight| weight == 0.0) {
             return Err(Error::Argument("all weights are 0: nothing to search for".into()));
         }
         // Terms are at most 1, so that their sum is finite too.
-        within("the sum of the weights", weights.iter().sum(), 0.0, f32::MAX)?;
+        within("the sum of the weights", self.weights.values().sum(), 0.0, f32::MAX)?;
         within("objective.mean_target", self.mean_target, 0.0, 1.0)?;
         within("objective.edge_contrast", self.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
         within("objective.edge_sobel", self.edge_sobel, 0.0, f32::MAX)?;
         within("objective.edge_laplace", self.edge_laplace, 0.0, f32::MAX)
     }
 
-    /// The five terms of a picture of the view that `maps` describes.
-    pub fn terms(&self, picture: &Statistics, maps: &Maps) -> Terms {
-        let counts = maps.counts;
-        let target = self.mean_target;
-        let edge = if counts.edge == 0 { 0.0 } else { 1.0 - picture.edge_contrast };
-        let grad = if maps.normal_detail < FLAT_NORMALS {
-            0.0
-        } else {
-            1.0 - (picture.gradient / maps.normal_detail).min(1.0)
-        };
-        Terms {
-            edge,
-            mean: (picture.mean - target).abs() / target.max(1.0 - target),
-            grad,
-            var: 1.0 - (picture.variance.max(0.0).sqrt() * 12f32.sqrt()).min(1.0),
-            hist: 1.0 - entropy(&picture.histogram) / (HISTOGRAM_BINS as f32).ln(),
-        }
+    /// Whether all terms are klieg's own, so that devices know their formulas.
+    pub fn is_own(&self) -> bool {
+        self.weights.iter().all(|(term, _)| terms::TERMS.iter().any(|&own| std::ptr::eq(own, term)))
     }
 
-    /// The quality of a picture of the view that `maps` describes.
-    pub fn quality(&self, picture: &Statistics, maps: &Maps) -> Quality {
-        let terms = self.terms(picture, maps);
+    /// What pictures have to be measured for: what terms of a weight above 0 need.
+    pub fn needs(&self) -> Needs {
+        let weighed = self.weights.iter().filter(|&(_, weight)| weight > 0.0);
+        weighed.fold(Needs::NONE, |needs, (term, _)| needs.and(term.needs))
+    }
+
+    /// The terms of a picture of a view. Those that need what no term of a weight above 0 needs were not
+    /// measured, and are left out.
+    pub fn terms(&self, picture: &Statistics, view: &ViewStatistics) -> Terms {
+        self.measured().map(|term, _| (term.formula)(picture, view, self))
+    }
+
+    /// The weights of the terms whose statistics are measured.
+    pub fn measured(&self) -> Terms {
+        let needs = self.needs();
+        self.weights.filter(|term| needs.and(term.needs) == needs)
+    }
+
+    /// The quality of a picture of a view.
+    pub fn quality(&self, picture: &Statistics, view: &ViewStatistics) -> Quality {
+        let terms = self.terms(picture, view);
         Quality { score: self.score(&terms), terms }
     }
 
-    /// `F`, the weighted sum of the terms.
+    /// `F`, the weighted sum of the terms, in their order.
     pub fn score(&self, terms: &Terms) -> f32 {
-        let weights = self.weights.to_array();
-        weights.iter().zip(terms.to_array()).map(|(w, t)| w * t).sum()
+        self.measured().values().zip(terms.values()).map(|(w, t)| w * t).sum()
     }
 }
 
-/// Entropy of a histogram, nats.
-fn entropy(histogram: &[u32]) -> f32 {
-    let total: u32 = histogram.iter().sum();
-    let share = |&count: &u32| count as f32 / total as f32;
-    -histogram.iter().filter(|&&count| count > 0).map(share).map(|p| p * p.ln()).sum::<f32>()
+/// The paper's five terms, equally weighed.
+fn paper_weights() -> Terms {
+    let equal = ["edge", "mean", "grad", "var", "hist"].map(|name| (name, 0.2));
+    Terms::named(equal).unwrap_or_default()
 }

@@ -4,22 +4,13 @@
 use super::json::Design;
 use super::{picture, plot};
 use crate::lighting::{Light, LightKind};
-use crate::objective::Terms;
+use crate::objective::Term;
 use crate::optimize::Progress;
 use anyhow::{Context, Result, anyhow};
 use image::RgbImage;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 use serde::Serialize;
-
-/// What each term means, in the order of [`Terms::to_array`].
-const MEANINGS: [&str; 5] = [
-    "edge distinctness",
-    "mean brightness",
-    "shading gradient",
-    "intensity range",
-    "histogram evenness",
-];
 
 /// Size of the inline plot: text stays legible at a phone's width.
 const PLOT: (u32, u32) = (480, 440);
@@ -95,13 +86,12 @@ impl Sheet<'_> {
     }
 
     fn terms(&self) -> Vec<TermRow> {
-        let values = self.design.headlight.terms.to_array().into_iter();
-        let values = values.zip(self.design.quality.terms.to_array());
-        let names = Terms::NAMES.into_iter().zip(MEANINGS);
-        names
-            .zip(values)
-            .map(|((name, meaning), (headlight, best))| TermRow { name, meaning, headlight, best })
-            .collect()
+        let headlight = &self.design.headlight.terms;
+        let row = |(term, best): (&'static Term, f32)| {
+            let headlight = headlight.get(term.name).unwrap_or(f32::NAN);
+            TermRow { name: term.name, meaning: term.meaning, headlight, best }
+        };
+        self.design.quality.terms.iter().map(row).collect()
     }
 
     /// The scene's radius and the lights in the diagrams, pixels.

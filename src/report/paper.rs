@@ -6,7 +6,6 @@ use super::exhibit::{Exhibit, landscape, starts};
 use super::json::ObjectiveRecord;
 use super::{html, picture};
 use crate::evaluate::DeviceInfo;
-use crate::objective::Terms;
 use crate::study::Method;
 use anyhow::{Context, Result, anyhow};
 use image::RgbImage;
@@ -207,10 +206,9 @@ pub fn claims(scenes: &[SceneFigures]) -> Vec<Claim> {
             claim: "Its pictures are better too.",
             test: "most of the five terms of the median run's picture are lower, in each scene",
             verdict: verdict(&|scene| {
-                let terms = |side: &Terms| side.to_array();
-                let genetic = terms(&scene.compare.genetic.median_quality.terms);
-                let greedy = terms(&scene.compare.greedy.median_quality.terms);
-                genetic.iter().zip(greedy).filter(|(a, b)| **a < *b).count() >= 3
+                let genetic = scene.compare.genetic.median_quality.terms.values();
+                let greedy = scene.compare.greedy.median_quality.terms.values();
+                genetic.zip(greedy).filter(|(a, b)| a < b).count() >= 3
             }),
         },
     ]
@@ -232,7 +230,8 @@ struct SceneParts {
 fn parts(scene: &SceneExhibits) -> Result<SceneParts> {
     let mut parts = SceneParts { plots: Vec::new(), pictures: Vec::new() };
     let landscape = &scene.landscape;
-    let terms = Terms::NAMES.map(|name| format!("term-{name}"));
+    let terms = scene.compare.data.genetic.median_quality.terms.names();
+    let terms: Vec<_> = terms.map(|name| format!("term-{name}")).collect();
     for stem in ["landscape", "surface"].into_iter().chain(terms.iter().map(String::as_str)) {
         let plot = landscape.plot(stem).with_context(|| format!("no plot {stem}"))?;
         parts.plots.push((stem.into(), plot.into()));

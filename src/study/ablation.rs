@@ -8,7 +8,7 @@ use crate::evaluate::{Evaluator, Inspection};
 use crate::lighting::Rig;
 use crate::lighting::genome::Genome;
 use crate::objective::maps::PixelType;
-use crate::objective::{Objective, Terms};
+use crate::objective::{Objective, Term};
 use crate::optimize::{Optimizer, race};
 
 /// A quality function with one number changed.
@@ -56,11 +56,15 @@ pub fn variants(base: &Objective) -> Vec<Variant> {
             variants.push(Variant { name, objective });
         }
     };
-    let weights: [fn(&mut Terms) -> &mut f32; 5] =
-        [|t| &mut t.edge, |t| &mut t.mean, |t| &mut t.grad, |t| &mut t.var, |t| &mut t.hist];
-    for (name, weight) in Terms::NAMES.into_iter().zip(weights) {
-        add(format!("without F_{name}"), &|o| *weight(&mut o.weights) = 0.0);
-        add(format!("F_{name} doubled"), &|o| *weight(&mut o.weights) *= 2.0);
+    for (term, _) in base.weights.iter() {
+        let times = |o: &mut Objective, factor: f32| {
+            let scaled = |other: &'static Term, weight| {
+                if other == term { weight * factor } else { weight }
+            };
+            o.weights = o.weights.map(scaled);
+        };
+        add(format!("without F_{}", term.name), &|o| times(o, 0.0));
+        add(format!("F_{} doubled", term.name), &|o| times(o, 2.0));
     }
     let numbers: [(&str, Number, [f32; 2]); 4] = [
         ("mean_target", |o| &mut o.mean_target, [0.8, 1.2]),
@@ -148,7 +152,7 @@ mod tests {
         let variants = variants(&base);
         assert_eq!(variants.len(), 1 + 10 + 8);
         let numbers = |o: &Objective| {
-            let mut all = o.weights.to_array().to_vec();
+            let mut all = o.weights.values().collect::<Vec<_>>();
             all.extend([o.mean_target, o.edge_contrast, o.edge_sobel, o.edge_laplace]);
             all
         };
@@ -158,7 +162,7 @@ mod tests {
         }
         // A weight that is 0 already cannot be left out.
         let mut single = base;
-        single.weights = Terms { edge: 1.0, mean: 0.0, grad: 0.0, var: 0.0, hist: 0.0 };
+        single.weights = single.weights.map(|term, _| f32::from(u8::from(term.name == "edge")));
         assert_eq!(super::variants(&single).len(), 1 + 1 + 8);
     }
 

@@ -108,7 +108,7 @@ impl<'a> Drawn<'a> {
     pub fn quality(&self, picture: &[f32]) -> Quality {
         let objective = Objective::default();
         let statistics = cpu::fitness::statistics(&self.maps, picture, &objective);
-        objective.quality(&statistics, &self.maps)
+        objective.quality(&statistics, &self.maps.statistics())
     }
 
     /// And of what a texel fetch gives.

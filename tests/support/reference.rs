@@ -32,6 +32,6 @@ pub fn reference(maps: &Maps, view: &View, rig: &[Light]) -> Inspection {
 
 /// The largest difference of score and terms.
 pub fn difference(a: Quality, b: Quality) -> f32 {
-    let terms = a.terms.to_array().into_iter().zip(b.terms.to_array());
+    let terms = a.terms.values().zip(b.terms.values());
     terms.map(|(a, b)| (a - b).abs()).fold((a.score - b.score).abs(), f32::max)
 }

@@ -62,7 +62,8 @@ pub fn any_view(eye: DVec3) -> View {
 }
 
 pub fn worst(a: &Terms, b: &Terms) -> f32 {
-    let pairs = a.to_array().into_iter().zip(b.to_array());
+    assert!(a.names().eq(b.names()), "{a:?} {b:?}");
+    let pairs = a.values().zip(b.values());
     pairs
         .map(|(a, b)| if a == b { 0.0 } else { (a - b).abs() })
         .fold(0.0, |worst, d| if d.is_nan() || d > worst { d } else { worst })

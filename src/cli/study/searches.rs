@@ -232,7 +232,7 @@ pub(super) fn ablation(options: &AblationOptions) -> Result<()> {
         ],
     );
     for variant in &exhibit.data.variants {
-        let numbers = [variant.score].into_iter().chain(variant.terms.to_array());
+        let numbers = [variant.score].into_iter().chain(variant.terms.values());
         let numbers = numbers.map(|x| format!("{x:.3}")).chain([
             format!("{:.1} %", 100.0 * variant.white),
             format!("{:.0}°", variant.key_elevation_deg),

@@ -74,7 +74,7 @@ mod tests {
                 radius2: f32::from(k % 3) * 2.0,
                 diffuse: number(0.0, 0.2),
                 specular: number(0.0, 0.1),
-                padding: [0.0; 2],
+                ..LightRecord::DARK
             };
             let rig = (0..9).map(light).collect();
             let tap = |_| std::array::from_fn(|_| number(0.0, LEN as f32) as u32);

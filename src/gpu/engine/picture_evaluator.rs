@@ -251,18 +251,18 @@ impl PictureEvaluator {
     /// As [`PictureEvaluator::evaluate`].
     pub fn qualities(&mut self, pictures: &ImportedPictures, count: u32) -> Result<Vec<Quality>> {
         let (scores, details) = self.measured(pictures, 0, count)?;
-        let quality = |(score, detail): (f32, Detail)| Quality { score, terms: detail.terms() };
-        Ok(scores.into_iter().zip(details).map(quality).collect())
+        self.memory.qualities(&scores, &details)
     }
 
-    /// One layer looked at closely: its terms, and the picture that klieg has made of it.
+    /// One layer: its terms, and the picture that klieg has made of it.
     ///
     /// # Errors
     /// [`Error::Argument`] unless there is such a layer, and what the device reports.
     pub fn inspect(&mut self, pictures: &ImportedPictures, layer: u32) -> Result<Inspection> {
         let (scores, details) = self.measured(pictures, layer, 1)?;
         let picture = self.measure.first_picture(&self.memory)?;
-        Ok(details[0].inspection(scores[0], picture))
+        let Quality { score, terms } = self.memory.qualities(&scores, &details)?[0];
+        Ok(Inspection { score, terms, statistics: details[0].statistics(), picture })
     }
 
     /// The maps of the view that was recorded last and has run; read back from the device at the first

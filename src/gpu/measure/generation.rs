@@ -3,7 +3,7 @@
 
 use super::runs::LIGHT_MARGIN;
 use crate::gpu::Context;
-use crate::gpu::layout::{Chunk, Detail, GradientPart, MomentPart, binding};
+use crate::gpu::layout::{AppearancePart, Chunk, Detail, GradientPart, MomentPart, binding};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
 use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, HOST_READ, StageTimer};
@@ -11,7 +11,7 @@ use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::Pipeline;
 use crate::gpu::vulkan::staging;
 use crate::lighting::LightRecord;
-use crate::objective::HISTOGRAM_BINS;
+use crate::objective::{HISTOGRAM_BINS, Needs};
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
@@ -54,7 +54,7 @@ pub trait Measure {
     ///
     /// # Errors
     /// What the device reports.
-    fn largest_chunk(&self) -> Result<u32>;
+    fn largest_chunk(&self, view: &ViewMemory) -> Result<u32>;
 
     /// Makes what rigs of `lights` lights need, unless it is there.
     ///
@@ -100,7 +100,9 @@ impl Fitness {
     /// # Errors
     /// What the device reports.
     pub fn new(context: &Arc<Context>, view: &ViewMemory, measure: &dyn Measure) -> Result<Self> {
-        let constants = [FITNESS_GROUP, HISTOGRAM_BINS as u32, measure.bin_bits()];
+        let appearance = view.objective.needs() != Needs::NONE;
+        let bins = HISTOGRAM_BINS as u32;
+        let constants = [FITNESS_GROUP, bins, measure.bin_bits(), appearance.into()];
         let spirv = shaders::FITNESS_COMP;
         Pipeline::compute(context, "fitness", spirv, &view.layout, &constants).map(Self)
     }
@@ -123,7 +125,7 @@ pub struct GenerationMemory {
     individuals: u32,
     records: usize,
     entries: [u32; 2],
-    _parts: [Buffer; 3],
+    _parts: [Buffer; 4],
 }
 
 impl GenerationMemory {
@@ -140,14 +142,16 @@ impl GenerationMemory {
     ) -> Result<Self> {
         let entries = measure.entries();
         let chunk =
-            chunk(context, view.size, measure)?.min(individuals.next_multiple_of(measure.block()));
+            chunk(context, view, measure)?.min(individuals.next_multiple_of(measure.block()));
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let device = |name, bytes| Buffer::new(context, name, bytes, storage, Access::Device);
-        let [histogram, moments, gradient] = part_bytes(measure).map(|b| b * u64::from(chunk));
+        let bytes = part_bytes(view, measure).map(|b| b * u64::from(chunk));
+        let [histogram, moments, gradient, appearance] = bytes;
         let parts = [
             device("histogram parts", histogram)?,
             device("moment parts", moments)?,
             device("gradient parts", gradient)?,
+            device("appearance parts", appearance.max(size_of::<AppearancePart>() as u64))?,
         ];
         let lights = (records * size_of::<LightRecord>()) as u64 + LIGHT_MARGIN;
         let details = u64::from(individuals) * size_of::<Detail>() as u64;
@@ -174,12 +178,13 @@ impl GenerationMemory {
             _parts: parts,
         };
         measure.allocate(view, chunk, &memory.lights)?;
-        let [histogram, moments, gradient] = &memory._parts;
+        let [histogram, moments, gradient, appearance] = &memory._parts;
         for (number, buffer) in [
             (binding::LIGHTS, &memory.lights),
             (binding::HISTOGRAM, histogram),
             (binding::MOMENTS, moments),
             (binding::GRADIENT, gradient),
+            (binding::APPEARANCE, appearance),
             (binding::SCORES, &memory.scores),
             (binding::DETAILS, &memory.details),
         ] {
@@ -234,7 +239,13 @@ impl GenerationMemory {
                 context.barrier(cmd, COMPUTE_READ, COMPUTE_WRITE);
             }
             let count = self.chunk.min(individuals - first);
-            let chunk = Chunk { first, histogram_entries, entries, ..Chunk::default() };
+            let chunk = Chunk {
+                first,
+                histogram_entries,
+                entries,
+                lights: lights as u32,
+                ..Chunk::default()
+            };
             measure.record(cmd, view, timer, (&chunk, count), lights);
             context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
             timer.stage(cmd, "fitness", || {
@@ -287,13 +298,19 @@ impl GenerationMemory {
     }
 }
 
-/// Bytes of the partial histograms, moments and gradients of one picture.
-pub fn part_bytes(measure: &dyn Measure) -> [u64; 3] {
+/// Bytes of the partial histograms, moments, gradients and, where the objective needs any, appearances of
+/// one picture.
+pub fn part_bytes(view: &ViewMemory, measure: &dyn Measure) -> [u64; 4] {
     let [histograms, others] = measure.entries().map(u64::from);
     [
         histograms * HISTOGRAM_BINS as u64 * u64::from(measure.bin_bits() / 8),
         others * size_of::<MomentPart>() as u64,
         others * size_of::<GradientPart>() as u64,
+        if view.objective.needs() == Needs::NONE {
+            0
+        } else {
+            others * size_of::<AppearancePart>() as u64
+        },
     ]
 }
 
@@ -302,11 +319,11 @@ pub fn part_bytes(measure: &dyn Measure) -> [u64; 3] {
 ///
 /// # Errors
 /// [`Error::Argument`] when the device cannot hold as many as are measured together.
-fn chunk(context: &Context, size: [u32; 2], measure: &dyn Measure) -> Result<u32> {
+fn chunk(context: &Context, view: &ViewMemory, measure: &dyn Measure) -> Result<u32> {
     let limits = context.limits();
-    let parts = part_bytes(measure).into_iter().max().unwrap_or(0).max(1);
+    let parts = part_bytes(view, measure).into_iter().max().unwrap_or(0).max(1);
     let fits = [
-        measure.largest_chunk()?.into(),
+        measure.largest_chunk(view)?.into(),
         limits.max_compute_work_group_count[0].into(),
         u64::from(limits.max_storage_buffer_range) / parts,
     ];
@@ -314,7 +331,7 @@ fn chunk(context: &Context, size: [u32; 2], measure: &dyn Measure) -> Result<u32
     match largest - largest % measure.block() {
         0 => Err(Error::Argument(format!(
             "picture size {}x{} is more than the device's buffers can hold",
-            size[0], size[1]
+            view.size[0], view.size[1]
         ))),
         whole => Ok(whole),
     }

@@ -61,7 +61,7 @@ impl<S: PictureStage> Measure for Layered<S> {
     }
 
     /// What layers, image size and memory allow.
-    fn largest_chunk(&self) -> Result<u32> {
+    fn largest_chunk(&self, _view: &ViewMemory) -> Result<u32> {
         let image = population::limits(&self.context, self.stage.written())?;
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         let memory = self.context.picture_memory().min(image.max_resource_size);

@@ -100,7 +100,7 @@ impl Measure for Runs {
         BLOCK
     }
 
-    fn largest_chunk(&self) -> Result<u32> {
+    fn largest_chunk(&self, _view: &ViewMemory) -> Result<u32> {
         let limits = self.context.limits();
         let fit = texels(&self.context) / u64::from(self.pixels.stride);
         let blocks = (self.context.picture_memory() / self.block_bytes())
@@ -208,7 +208,7 @@ mod tests {
             radius2: [0.0, 9.0, 4.0][i % 3],
             diffuse: 0.1 * (i % 9) as f32,
             specular: 0.5,
-            ..bytemuck::Zeroable::zeroed()
+            ..LightRecord::DARK
         };
         let records: Vec<LightRecord> = (0..INDIVIDUALS as usize * LIGHTS).map(light).collect();
         let scores = |alignment: u32| {

@@ -98,8 +98,8 @@ impl Measure for Tiles {
     }
 
     /// There are no pictures: the memory is for the partial results.
-    fn largest_chunk(&self) -> Result<u32> {
-        let each = part_bytes(self).iter().sum::<u64>().max(1) * u64::from(BLOCK);
+    fn largest_chunk(&self, view: &ViewMemory) -> Result<u32> {
+        let each = part_bytes(view, self).iter().sum::<u64>().max(1) * u64::from(BLOCK);
         let groups = self.context.limits().max_compute_work_group_count[1];
         let blocks = (self.context.picture_memory() / each).max(1).min(groups.into());
         Ok(u32::try_from(blocks * u64::from(BLOCK)).unwrap_or(u32::MAX - BLOCK))

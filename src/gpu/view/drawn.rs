@@ -110,7 +110,7 @@ impl Drawn {
             1 => PixelType::Surface,
             _ => PixelType::Edge,
         };
-        let types = reader.image::<u32>(&memory.types)?.into_iter().map(kind).collect();
+        let types: Vec<_> = reader.image::<u32>(&memory.types)?.into_iter().map(kind).collect();
         let statistics = memory.read_statistics()?;
         let counts = PixelCounts { surface: statistics.surface, edge: statistics.edge };
         let visible = match &self.visible {
@@ -121,7 +121,21 @@ impl Drawn {
             None => cpu::visible::visible(&surface.code),
         };
         let normal_detail = statistics.normal_detail;
-        Ok(Maps { surface, sobel, laplace, types, counts, visible, normal_detail })
+        let (normal_gradient, _) = cpu::normal_detail::normal_detail(&surface, &types);
+        let shape = cpu::shape::shape(&surface, &types, &normal_gradient);
+        let target = Vec::new();
+        Ok(Maps {
+            surface,
+            sobel,
+            laplace,
+            types,
+            counts,
+            visible,
+            normal_gradient,
+            normal_detail,
+            shape,
+            target,
+        })
     }
 }
 

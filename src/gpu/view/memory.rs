@@ -20,7 +20,7 @@
 //! visible to compute and fragment shaders before the commands end.
 
 use crate::gpu::Context;
-use crate::gpu::layout::{self, Chunk, Parameters, ViewStatistics, binding};
+use crate::gpu::layout::{self, Chunk, Detail, Parameters, ViewStatistics, binding};
 use crate::gpu::shaders;
 use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_WRITE, Commands, NOTHING};
 use crate::gpu::vulkan::memory::{Access, Buffer, Image, ImageDesc};
@@ -28,8 +28,8 @@ use crate::gpu::vulkan::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
 use crate::gpu::vulkan::staging;
 use crate::lighting::shading::Shading;
 use crate::math::color::luminance;
-use crate::objective::Objective;
-use crate::objective::maps::{Maps, Surface};
+use crate::objective::maps::{self, Maps, Surface};
+use crate::objective::{Objective, Quality};
 use crate::scene::view::View;
 use crate::{Error, Result};
 use ash::vk;
@@ -84,6 +84,8 @@ pub struct ViewMemory {
     pub statistics: Buffer,
     /// [`Parameters`], which an engine's commands may update.
     pub parameters: Buffer,
+    /// What pictures are judged by.
+    pub objective: Objective,
     context: Arc<Context>,
 }
 
@@ -139,6 +141,7 @@ impl ViewMemory {
             records,
             statistics,
             parameters,
+            objective: *objective,
             context: Arc::clone(context),
         };
         let [a, b, c] = &memory.records;
@@ -181,12 +184,7 @@ impl ViewMemory {
         let memory = Self::new(context, view, objective, shading)?;
         let types: Vec<u32> = maps.types.iter().map(|&kind| kind as u32).collect();
         let records = records(maps, shading);
-        let statistics = ViewStatistics {
-            surface: maps.counts.surface,
-            edge: maps.counts.edge,
-            normal_detail: maps.normal_detail,
-            background_depth: 0.0,
-        };
+        let statistics = ViewStatistics::from(maps);
         let source = vk::BufferUsageFlags::TRANSFER_SRC;
         let types = Buffer::of(context, "types upload", &types, source)?;
         let [a, b, c] = &records;
@@ -207,6 +205,22 @@ impl ViewMemory {
             Ok(())
         })?;
         Ok(memory)
+    }
+
+    /// The qualities of individuals with these scores and details. The scores are taken over, unless the
+    /// objective has terms that no shader knows: these are judged here.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn qualities(&self, scores: &[f32], details: &[Detail]) -> Result<Vec<Quality>> {
+        let view = maps::ViewStatistics::from(&self.read_statistics()?);
+        let objective = &self.objective;
+        let own = objective.is_own();
+        let quality = |(&score, detail): (&f32, &Detail)| {
+            let judged = objective.quality(&detail.statistics(), &view);
+            if own { Quality { score, ..judged } } else { judged }
+        };
+        Ok(scores.iter().zip(details).map(quality).collect())
     }
 
     /// Reads the statistics back.

@@ -59,12 +59,15 @@ fn record(effect: &Effect) -> VariantRecord {
     let median = |sample: Vec<f32>| Quartiles::of(&sample).median;
     let seen = |f: &dyn Fn(&Inspection) -> f32| median(effect.inspections.iter().map(f).collect());
     let of_key = |f: fn(&Light) -> f32| median(effect.rigs.iter().map(|rig| f(key(rig))).collect());
-    let term = |i: usize| seen(&|inspection| inspection.terms.to_array()[i]);
     VariantRecord {
         name: effect.variant.name.clone(),
         changed: (&effect.variant.objective).into(),
         score: seen(&|i| i.score),
-        terms: Terms { edge: term(0), mean: term(1), grad: term(2), var: term(3), hist: term(4) },
+        terms: effect
+            .variant
+            .objective
+            .measured()
+            .map(|term, _| seen(&|inspection| inspection.terms.get(term.name).unwrap_or(f32::NAN))),
         mean: seen(&|i| i.statistics.mean),
         deviation: seen(&|i| i.statistics.variance.max(0.0).sqrt()),
         dark: seen(&|i| share(i, 0)),
@@ -88,14 +91,8 @@ pub fn exhibit(effects: &[Effect], studio: &mut dyn Studio) -> Result<Exhibit<Fi
         let name = effect.variant.name.replace([' ', '.'], "-").to_lowercase();
         pictures.push((format!("{i:02}-{name}"), studio.paint(&effect.rigs[effect.median_run()])?));
     }
-    let names = [
-        "variant",
-        "score",
-        "edge",
-        "mean",
-        "grad",
-        "var",
-        "hist",
+    let terms: Vec<_> = variants.first().map_or(Vec::new(), |v| v.terms.names().collect());
+    let others = [
         "mean_i",
         "deviation",
         "dark",
@@ -104,10 +101,13 @@ pub fn exhibit(effects: &[Effect], studio: &mut dyn Studio) -> Result<Exhibit<Fi
         "key_from_viewer_deg",
         "change",
     ];
+    let names: Vec<&str> =
+        ["variant", "score"].into_iter().chain(terms.clone()).chain(others).collect();
     let rows = variants.iter().map(|v| {
         let picture = (v.mean, v.deviation, v.dark, v.white);
         let key = (v.key_elevation_deg, v.key_from_viewer_deg);
-        (&v.name, v.score, v.terms.to_array(), picture, key, v.change)
+        let values: Vec<_> = terms.iter().map(|name| v.terms.get(name)).collect();
+        (&v.name, v.score, values, picture, key, v.change)
     });
     let tables = vec![("ablation", table(&names, rows)?)];
     let runs = effects.first().map_or(0, |effect| effect.rigs.len());

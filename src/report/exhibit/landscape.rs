@@ -3,7 +3,7 @@
 
 use super::{Exhibit, PLOT, Studio, plotted, table};
 use crate::lighting::{Light, LightKind, Role};
-use crate::objective::Terms;
+use crate::objective::{Quality, Terms};
 use crate::report::plot::{self, Field, Mark, Path, Symbol};
 use crate::study::landscape::Landscape;
 use anyhow::Result;
@@ -167,8 +167,10 @@ pub fn exhibit(landscape: &Landscape, studio: &mut dyn Studio) -> Result<Exhibit
     let mut plots = vec![("landscape".to_owned(), heat_map(landscape, &[])?)];
     let scores: Vec<f32> = landscape.scores().collect();
     plots.push(("surface".into(), plotted(plot::surface(&field(landscape, &scores, "F"), PLOT))?));
-    for (i, name) in Terms::NAMES.iter().enumerate() {
-        let values: Vec<f32> = landscape.qualities.iter().map(|q| q.terms.to_array()[i]).collect();
+    let names = landscape.qualities.first().map(|quality| quality.terms.names());
+    for (i, name) in names.into_iter().flatten().enumerate() {
+        let value = |quality: &Quality| quality.terms.values().nth(i).unwrap_or(f32::NAN);
+        let values: Vec<f32> = landscape.qualities.iter().map(value).collect();
         let title = format!("F_{name}");
         let map = plot::heat_map(&field(landscape, &values, &title), &[], &[], TERM_PLOT);
         plots.push((format!("term-{name}"), plotted(map)?));
@@ -188,13 +190,17 @@ pub fn exhibit(landscape: &Landscape, studio: &mut dyn Studio) -> Result<Exhibit
 
 /// A row for each position.
 fn rows(landscape: &Landscape) -> Result<Vec<u8>> {
-    let names =
-        ["elevation_deg", "azimuth_deg", "score", "edge", "mean", "grad", "var", "hist", "minimum"];
+    let terms = landscape.qualities.first().map(|quality| quality.terms.names());
+    let names: Vec<_> = ["elevation_deg", "azimuth_deg", "score"]
+        .into_iter()
+        .chain(terms.into_iter().flatten())
+        .chain(["minimum"])
+        .collect();
     let mut is_minimum = vec![false; landscape.lights.len()];
     landscape.minima.iter().for_each(|minimum| is_minimum[minimum.at] = true);
     let row = |at: usize| {
         let place = place(landscape, at);
-        let terms = place.terms.to_array();
+        let terms: Vec<_> = place.terms.values().collect();
         (place.elevation_deg, place.azimuth_deg, place.score, terms, u8::from(is_minimum[at]))
     };
     table(&names, (0..landscape.lights.len()).map(row))
