@@ -1,6 +1,8 @@
 //! What is known of a view before any light is chosen: plain data, one entry a pixel, rows from the
 //! top. `n = width · height` below.
 
+use crate::constants::{BACKGROUND, EDGE, SURFACE};
+
 /// The visible surface: what the visibility stage draws. Background entries are 0, save `depth`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surface {
@@ -32,11 +34,11 @@ pub struct Surface {
 pub enum PixelType {
     /// Nothing is drawn there; takes no part in the terms.
     #[default]
-    Background = 0,
+    Background = BACKGROUND as u8,
     /// Inside an object.
-    Surface = 1,
+    Surface = SURFACE as u8,
     /// An object pixel at a jump of depth.
-    Edge = 2,
+    Edge = EDGE as u8,
 }
 
 /// Pixels of each kind.

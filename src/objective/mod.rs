@@ -4,16 +4,16 @@
 
 pub mod maps;
 
+use crate::constants;
 use crate::error::within;
 use crate::{Error, Result};
 use maps::Maps;
 use serde::{Deserialize, Serialize};
 
-/// Bins of the brightness histogram.
-pub const HISTOGRAM_BINS: usize = 32;
+pub use crate::constants::FLAT_NORMALS;
 
-/// Mean gradient of the normals below which the geometry counts as flat and `F_grad` is 0.
-pub const FLAT_NORMALS: f32 = 1e-6;
+/// Bins of the brightness histogram.
+pub const HISTOGRAM_BINS: usize = constants::HISTOGRAM_BINS as usize;
 
 /// One number for each of the five terms.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -2,6 +2,7 @@
 //! makes the scores. A population larger than what the pipeline can hold at once goes in chunks.
 
 use super::runs::LIGHT_MARGIN;
+use crate::constants::{FITNESS_GROUP, HISTOGRAM_BINS};
 use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, Detail, GradientPart, MomentPart, binding};
 use crate::gpu::shaders;
@@ -11,13 +12,10 @@ use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::Pipeline;
 use crate::gpu::vulkan::staging;
 use crate::lighting::LightRecord;
-use crate::objective::HISTOGRAM_BINS;
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
 
-/// Invocations of a work group of `fitness`.
-const FITNESS_GROUP: u32 = 128;
 /// Stages of a chunk, at most.
 const STAGES: u32 = 5;
 
@@ -100,7 +98,7 @@ impl Fitness {
     /// # Errors
     /// What the device reports.
     pub fn new(context: &Arc<Context>, view: &ViewMemory, measure: &dyn Measure) -> Result<Self> {
-        let constants = [FITNESS_GROUP, HISTOGRAM_BINS as u32, measure.bin_bits()];
+        let constants = [FITNESS_GROUP, HISTOGRAM_BINS, measure.bin_bits()];
         let spirv = shaders::FITNESS_COMP;
         Pipeline::compute(context, "fitness", spirv, &view.layout, &constants).map(Self)
     }
