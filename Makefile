@@ -21,12 +21,13 @@ ABI = $(shell echo $(VERSION) | sed 's/^\(0\.[0-9]*\|[1-9][0-9]*\)\..*/\1/')
 # What the static library needs besides, by `rustc --print native-static-libs`.
 PRIVATE = -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
 
-.PHONY: help setup design test check library install
+.PHONY: help setup design spirv test check library install
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
 	@echo 'make test   run every test, on lavapipe with the Vulkan validation layers'
 	@echo 'make check  look for badly formatted code and for lints'
+	@echo 'make spirv  compile the shaders for builds without a shader compiler: after each change of a shader'
 	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the C library'
 	@echo 'make setup  only install what the others need, where it is missing'
 
@@ -36,7 +37,8 @@ setup:
 design: setup
 	cargo run --release -- design "$(SCENE)" --out "$(OUT)" --device vulkan $(ARGS)
 
-library: setup
+# The checked-in SPIR-V, so that no shader compiler is needed.
+library:
 	cargo rustc --profile $(PROFILE) --lib --no-default-features --features c \
 		--crate-type cdylib,staticlib -- -C link-arg=-Wl,-soname,libklieg.so.$(ABI)
 
@@ -53,6 +55,9 @@ install: library
 			-e "s|@INCLUDE_FROM_LIBDIR@|$$(realpath -m --relative-to '$(LIBDIR)' '$(PREFIX)/include')|" \
 			src/c/package/$${file##*/}.in >"$(DESTDIR)$(LIBDIR)/$$file" || exit 1; \
 	done
+
+spirv: setup
+	KLIEG_WRITE_SPIRV=1 cargo test --test spirv
 
 test:
 	@.ci/setup test

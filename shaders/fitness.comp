@@ -5,8 +5,8 @@
 #include "layout.glsl"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 0) const uint GROUP = 128; // a power of two, at least BINS
-layout(constant_id = 1) const uint BINS = 32;
+layout(constant_id = 0) const uint GROUP = FITNESS_GROUP;
+layout(constant_id = 1) const uint BINS = HISTOGRAM_BINS;
 layout(constant_id = 2) const uint BITS = 8; // of a bin of a partial histogram, 8 or 16
 const uint PACKED = 32 / BITS; // bins in a word
 const uint WORDS = BINS / PACKED;

@@ -6,7 +6,7 @@
 #include "layout.glsl"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 1) const uint ROWS = 32; // of a strip
+layout(constant_id = 1) const uint ROWS = SUM_ROWS; // of a strip
 
 // Three neighbours of row y, NO_OBJECT outside the picture.
 vec3 row(ivec2 pixel, int layer) {

@@ -6,8 +6,8 @@
 #include "layout.glsl"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 1) const uint ROWS = 128; // of a strip; at most 255, as a byte counts them
-layout(constant_id = 2) const uint BINS = 32;
+layout(constant_id = 1) const uint ROWS = HISTOGRAM_ROWS; // of a strip
+layout(constant_id = 2) const uint BINS = HISTOGRAM_BINS;
 const uint WORDS = BINS / 4;
 
 void main() {

@@ -7,9 +7,9 @@
 #include "pixels.glsl"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 0) const uint GROUP = 8;
-layout(constant_id = 1) const uint PIXELS = 128; // of an invocation; at most 255, as a byte counts them
-layout(constant_id = 2) const uint BINS = 32;
+layout(constant_id = 0) const uint GROUP = STATISTICS_GROUP;
+layout(constant_id = 1) const uint PIXELS = RUN_PIXELS; // of an invocation
+layout(constant_id = 2) const uint BINS = HISTOGRAM_BINS;
 const uint WORDS = BINS / 4;
 
 // Three brightnesses side by side; those of the middle and the left one wander on to the next pixel.

@@ -3,20 +3,10 @@
 // Reference: src/cpu/surface.rs.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_samplerless_texture_functions : require
+#include "constants.glsl"
 #include "shading.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
-
-// Bits of `flags`; the other side is src/gpu/engine/surface.rs.
-const uint HAS_NORMAL = 1u;
-const uint HAS_BASE_COLOR = 2u;
-const uint HAS_ROUGHNESS_METALLIC = 4u;
-const uint HAS_EMISSIVE = 8u;
-const uint HAS_IDS = 16u;
-const uint FLIPPED = 32u; // rows of the picture run against the y axis of clip space
-const uint NORMAL_UNSIGNED = 64u;
-const uint NORMAL_OCTAHEDRAL = 128u;
-const uint BASE_COLOR_ENCODED = 256u;
 
 layout(set = 0, binding = 0) uniform texture2D depth_image;
 layout(set = 0, binding = 1) uniform texture2D normal_image;
@@ -38,7 +28,7 @@ layout(set = 0, binding = 11, std140) uniform EngineSurface {
     vec4 base_color_roughness; // where no image tells
     float metallic; // where no image tells
     float cleared_depth; // of the background
-    uint flags;
+    uint flags; // HAS_NORMAL to BASE_COLOR_ENCODED
     uint channels; // of roughness, and of metallic factor times 4
     uvec2 size; // width and height, pixels
     uvec2 padding;

@@ -6,7 +6,7 @@
 #include "tile.glsl"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 1) const uint SIDE = 32; // of a tile, pixels
+layout(constant_id = 1) const uint SIDE = TILE_SIDE; // of a tile, pixels
 
 layout(set = 1, binding = 0, std430) writeonly buffer Tiles { Tile tiles[]; };
 
@@ -29,7 +29,7 @@ void main() {
     if (gl_LocalInvocationIndex == 0) {
         uint place = (first / SIDE + 1) * (SIDE + 2) + first % SIDE + 1;
         uint number = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-        uint origin = first < SIDE * SIDE ? place : EMPTY;
+        uint origin = first < SIDE * SIDE ? place : EMPTY_TILE;
         tiles[number] = Tile(gl_WorkGroupID.x, gl_WorkGroupID.y, origin);
     }
 }

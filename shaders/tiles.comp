@@ -13,19 +13,19 @@
 #include "tile.glsl"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 0) const uint GROUP = 256;
+layout(constant_id = 0) const uint GROUP = TILES_GROUP;
 layout(constant_id = 1) const uint LIGHTS = 1;
 layout(constant_id = 2) const uint SUBGROUP = 32; // invocations
-layout(constant_id = 3) const uint SIDE = 32; // of a tile, pixels
-layout(constant_id = 4) const uint BLOCK = 4; // individuals
+layout(constant_id = 3) const uint SIDE = TILE_SIDE; // of a tile, pixels
+layout(constant_id = 4) const uint BLOCK = TILES_BLOCK; // individuals
 
 const uint FRAME = SIDE + 2; // the same with its border
 const uint AREA = FRAME * FRAME;
 const uint SHADED = (AREA + GROUP - 1) / GROUP; // pixels of an invocation, with the border
 const uint PIXELS = SIDE * SIDE / GROUP; // and without
 const uint SUBGROUPS = GROUP / SUBGROUP;
-const uint BIN_BITS = 5;
-const uint BINS = 1 << BIN_BITS;
+const uint BIN_BITS = HISTOGRAM_BIN_BITS;
+const uint BINS = HISTOGRAM_BINS;
 const uint WORDS = BINS / 2;
 const uint OWN = SUBGROUP < BINS ? BINS / SUBGROUP : 1; // bins that an invocation counts
 
@@ -135,7 +135,7 @@ void write_parts() {
 void main() {
     uint lane = gl_LocalInvocationIndex;
     Tile tile = tiles[gl_WorkGroupID.x];
-    if (tile.origin == EMPTY) {
+    if (tile.origin == EMPTY_TILE) {
         write_nothing();
         return;
     }

@@ -10,6 +10,15 @@
 
 #![warn(missing_docs)]
 
+/// Declares the constants of `src/constants.rs`; `build/glsl.rs` has a macro of this name that writes them in
+/// GLSL.
+macro_rules! constants {
+    ($($(#[$doc:meta])* $name:ident: $type:ty = $value:expr;)*) => {
+        $($(#[$doc])* pub const $name: $type = $value;)*
+    };
+}
+
+mod constants;
 pub mod cpu;
 pub mod error;
 pub mod evaluate;

@@ -5,12 +5,8 @@
 
 #extension GL_EXT_samplerless_texture_functions : require
 
+#include "constants.glsl"
 #include "light.glsl"
-
-// Pixel types.
-const uint BACKGROUND = 0u;
-const uint SURFACE = 1u;
-const uint EDGE = 2u;
 
 layout(set = 0, binding = 0, std140) uniform Parameters {
     uvec2 size; // width and height, pixels
@@ -76,7 +72,6 @@ layout(set = 0, binding = 16, std430) buffer ViewStatistics {
 
 // The population's pictures: sRGB-encoded luminance 0..1, NO_OBJECT in the background.
 layout(set = 0, binding = 17) uniform texture2DArray pictures;
-const float NO_OBJECT = -1.0;
 
 layout(set = 0, binding = 18, std430) readonly buffer Lights {
     Light lights[];
@@ -138,7 +133,7 @@ struct Detail {
     float key_x; // unit vector towards the first key light; 0 without any
     float key_y;
     float key_z;
-    uint histogram[32];
+    uint histogram[HISTOGRAM_BINS];
 };
 layout(set = 0, binding = 23, std430) writeonly buffer Details {
     Detail details[];

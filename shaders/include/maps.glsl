@@ -10,7 +10,7 @@ layout(set = 1, binding = 1, std430) buffer Visible { uint visible[]; };
 layout(set = 1, binding = 2, std430) buffer Partials { float partials[]; };
 
 // A work group's invocations stand side by side; each takes a strip of so many pixels downwards.
-layout(constant_id = 2) const uint STRIP = 16u;
+layout(constant_id = 2) const uint STRIP = MAP_STRIP;
 
 // Floats as integers of the same order above 0, so that atomicMax finds the largest.
 uint ordered(float x) {

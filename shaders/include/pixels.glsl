@@ -5,11 +5,8 @@
 
 #include "layout.glsl"
 
-// Individuals that share a pass over the pixels; their brightnesses stand together. As in
-// src/gpu/measure/runs.rs, and so the next.
-const uint BLOCK = 4;
-// Lights of a block, behind those that only alignment brings along.
-const uint WINDOW = 72;
+// Individuals that share a pass over the pixels; their brightnesses stand together.
+const uint BLOCK = RUNS_BLOCK;
 
 layout(set = 1, binding = 0, std430) buffer RowCounts { uint row_counts[]; };
 layout(set = 1, binding = 1, std430) writeonly buffer PixelPlaces {
@@ -35,7 +32,7 @@ layout(set = 1, binding = 10) uniform textureBuffer looks;
 // Under the individuals of each block of a chunk, all pixels of one block after those of another.
 layout(set = 1, binding = 11) uniform textureBuffer brightness;
 
-layout(set = 1, binding = 12, std140) uniform LightWindow { Light window[WINDOW]; };
+layout(set = 1, binding = 12, std140) uniform LightWindow { Light window[LIGHT_WINDOW]; };
 
 // Room for the pixels of a block.
 uint stride() {

@@ -1,9 +1,10 @@
 // The lights of an individual on their way from the vertices to the fragments of its picture: flat
 // varyings, so that no fragment reads them from memory. The including shader defines RIG_LOCATION,
-// the first of their 24 locations, and, where it is a vertex shader, RIG_OUT.
+// the first of their MAX_LIGHTS * 3 / 2 locations, and, where it is a vertex shader, RIG_OUT.
 #ifndef KLIEG_RIG
 #define KLIEG_RIG
 
+#include "constants.glsl"
 #include "light.glsl"
 #include "shading.glsl"
 
@@ -11,8 +12,8 @@ layout(constant_id = 0) const uint LIGHTS = 1;
 
 #ifdef RIG_OUT
 
-layout(location = RIG_LOCATION) flat out vec4 rig_places[16];
-layout(location = RIG_LOCATION + 16) flat out vec4 rig_strengths[8]; // two lights each
+layout(location = RIG_LOCATION) flat out vec4 rig_places[MAX_LIGHTS];
+layout(location = RIG_LOCATION + MAX_LIGHTS) flat out vec4 rig_strengths[MAX_LIGHTS / 2]; // two lights each
 
 void pass_light(uint i, Light light) {
     rig_places[i] = vec4(light.position, light.radius2);
@@ -25,8 +26,8 @@ void pass_light(uint i, Light light) {
 
 #else
 
-layout(location = RIG_LOCATION) flat in vec4 rig_places[16];
-layout(location = RIG_LOCATION + 16) flat in vec4 rig_strengths[8];
+layout(location = RIG_LOCATION) flat in vec4 rig_places[MAX_LIGHTS];
+layout(location = RIG_LOCATION + MAX_LIGHTS) flat in vec4 rig_strengths[MAX_LIGHTS / 2];
 
 // Encoded brightness at p; n unit normal, v unit vector to the viewer.
 float lit(vec3 p, vec3 n, vec3 v, Reflectance looks) {

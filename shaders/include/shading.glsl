@@ -2,20 +2,24 @@
 #ifndef KLIEG_SHADING
 #define KLIEG_SHADING
 
+#include "constants.glsl"
+
 // Rec. 709 luminance of linear RGB.
 float luminance(vec3 color) {
-    return dot(color, vec3(0.2126, 0.7152, 0.0722));
+    return dot(color, LUMINANCE);
 }
 
 // The sRGB encoding (IEC 61966-2-1) of a linear value, clamped to 0..1.
 float srgb_encode(float linear) {
     float x = clamp(linear, 0.0, 1.0);
-    return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
+    return x <= SRGB_LINEAR_END ? SRGB_SLOPE * x
+                                : SRGB_SCALE * pow(x, 1.0 / SRGB_GAMMA) - SRGB_OFFSET;
 }
 
 // The linear value of an sRGB encoding (IEC 61966-2-1).
 float srgb_decode(float encoded) {
-    return encoded <= 0.04045 ? encoded / 12.92 : pow((encoded + 0.055) / 1.055, 2.4);
+    return encoded <= SRGB_ENCODED_END ? encoded / SRGB_SLOPE
+                                       : pow((encoded + SRGB_OFFSET) / SRGB_SCALE, SRGB_GAMMA);
 }
 
 // How strongly a light acts on the diffuse and on the specular reflectance at p, as

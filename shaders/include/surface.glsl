@@ -40,7 +40,7 @@ vec4 lookup(sampler2D map, TextureUse use, Steps steps) {
     vec2 size = vec2(textureSize(map, 0));
     vec2 dx = linear * (first ? steps.x.xy : steps.x.zw) * size;
     vec2 dy = linear * (first ? steps.y.xy : steps.y.zw) * size;
-    float longer2 = max(max(dot(dx, dx), dot(dy, dy)), 1e-30);
+    float longer2 = max(max(dot(dx, dx), dot(dy, dy)), MIN_TEXEL_STEP2);
     return textureLod(map, at, 0.5 * log2(longer2));
 }
 

@@ -6,8 +6,7 @@
 struct Tile {
     uint column; // of tiles
     uint row;
-    uint origin; // an object pixel's place in the tile with its border, or EMPTY
+    uint origin; // an object pixel's place in the tile with its border, or EMPTY_TILE
 };
-const uint EMPTY = 0xffffffffu;
 
 #endif

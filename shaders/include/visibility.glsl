@@ -1,5 +1,7 @@
 // What the two shaders of the visibility stage share; the Rust side is src/gpu/layout.rs.
 
+#include "constants.glsl"
+
 struct InstanceRecord {
     mat4 frame_from_mesh;
     mat3 normal_from_mesh;  // a positive multiple of the linear part's inverse transpose
@@ -22,11 +24,8 @@ struct MaterialRecord {
     float roughness;
     float alpha_cutoff;
     uint flags;
-    TextureUse textures[4]; // base colour, metallic-roughness, normal, emissive
+    TextureUse textures[MATERIAL_TEXTURES]; // base colour, metallic-roughness, normal, emissive
 };
-
-const uint DOUBLE_SIDED = 1u;
-const uint NORMAL_MAPPED = 2u;
 
 layout(set = 0, binding = 0, std430) readonly buffer Instances { InstanceRecord instances[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Materials { MaterialRecord materials[]; };

@@ -2,6 +2,7 @@
 //! loops over them into vector code, and from correctly rounded operations alone, so that they give
 //! the same bits on every machine. The polynomials are minimax (Remez) in relative error.
 
+use crate::constants::{SRGB_GAMMA, SRGB_LINEAR_END, SRGB_OFFSET, SRGB_SCALE, SRGB_SLOPE};
 use std::hint::select_unpredictable;
 
 /// `1/√x` for normal `x > 0`, within 2e-7 of it relatively; finite for 0.
@@ -62,16 +63,16 @@ pub fn clamp(x: f32) -> f32 {
 /// `log₂ x^(1/2.4)`, what [`srgb_encode`] wants of a linear value.
 #[inline(always)]
 pub fn srgb_exponent(linear: f32) -> f32 {
-    log2(linear) * (1.0 / 2.4)
+    log2(linear) * (1.0 / SRGB_GAMMA)
 }
 
 /// The sRGB encoding of a linear value in 0..=1 by way of its [`srgb_exponent`]; see
 /// [`crate::math::color::srgb_encode`].
 #[inline(always)]
 pub fn srgb_encode(linear: f32, exponent: f32) -> f32 {
-    let power = 1.055f32.mul_add(exp2(exponent), -0.055);
+    let power = SRGB_SCALE.mul_add(exp2(exponent), -SRGB_OFFSET);
     // A plain `if` becomes a branch, which keeps the loop from being vectorised.
-    select_unpredictable(linear <= 0.003_130_8, 12.92 * linear, power)
+    select_unpredictable(linear <= SRGB_LINEAR_END, SRGB_SLOPE * linear, power)
 }
 
 /// A polynomial of `x` by Horner's rule, the highest power's coefficient first.

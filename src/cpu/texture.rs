@@ -1,6 +1,7 @@
 //! Texture lookup: trilinear at an explicit level of detail (Vulkan 1.3 specification, section 16.5,
 //! with exact weights).
 
+use crate::constants::MIN_TEXEL_STEP2;
 use crate::math::color::srgb_decode;
 use crate::scene::{Texture, TextureLevel, Wrap};
 use glam::{Vec2, Vec4};
@@ -20,7 +21,7 @@ pub fn sample(texture: &Texture, uv: Vec2, dx: Vec2, dy: Vec2) -> Vec4 {
     let size = Vec2::new(full.width as f32, full.height as f32);
     let longer2 = (dx * size).length_squared().max((dy * size).length_squared());
     let last = texture.levels.len() - 1;
-    let lod = (0.5 * longer2.max(1e-30).log2()).clamp(0.0, last as f32);
+    let lod = (0.5 * longer2.max(MIN_TEXEL_STEP2).log2()).clamp(0.0, last as f32);
     let level = lod as usize;
     let fine = bilinear(texture, &texture.levels[level], uv);
     let rest = lod - level as f32;

@@ -1,8 +1,9 @@
-//! What host and shaders share: the blocks' layouts and the numbers of the bindings and of the
-//! specialisation constants. The other side is `shaders/include/`; a test compares the
+//! What host and shaders share: the blocks' layouts and the numbers of the bindings. Other numbers are
+//! in `src/constants.rs`. The other side is `shaders/include/`; a test compares the
 //! two by reflection.
 
 use super::vulkan::pipeline::Binding;
+pub use crate::constants::{DOUBLE_SIDED, EMPTY_TILE, MATERIAL_TEXTURES, NORMAL_MAPPED};
 use crate::lighting::shading::Shading;
 use crate::objective::maps::{self, Maps, PixelCounts, Shape};
 use crate::objective::terms::TERMS;
@@ -99,8 +100,8 @@ pub struct Tile {
     pub column: u32,
     /// Of tiles.
     pub row: u32,
-    /// Place of an object pixel in the tile with its border, rows from the top; `u32::MAX` in a tile
-    /// without.
+    /// Place of an object pixel in the tile with its border, rows from the top; [`EMPTY_TILE`] in a
+    /// tile without.
     pub origin: u32,
 }
 
@@ -352,13 +353,8 @@ pub struct MaterialRecord {
     /// [`DOUBLE_SIDED`] and [`NORMAL_MAPPED`].
     pub flags: u32,
     /// Base colour, metallic-roughness, normal, emissive.
-    pub textures: [TextureUse; 4],
+    pub textures: [TextureUse; MATERIAL_TEXTURES as usize],
 }
-
-/// Flag of a material whose back faces are drawn.
-pub const DOUBLE_SIDED: u32 = 1;
-/// Flag of a material with a normal texture.
-pub const NORMAL_MAPPED: u32 = 2;
 
 /// Push constants of the draws of the scene (`shaders/include/visibility.glsl`).
 #[repr(C)]

@@ -1,3 +1,3 @@
-//! The shaders, compiled to SPIR-V by `build.rs`.
+//! The shaders, as SPIR-V, by way of the build script.
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));

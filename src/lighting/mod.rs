@@ -6,6 +6,7 @@ pub mod presets;
 pub mod shading;
 pub mod start;
 
+use crate::constants;
 use crate::math::frame::Frame;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -13,7 +14,7 @@ use glam::{DVec4, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Lights that a rig can have at most.
-pub const MAX_LIGHTS: usize = 16;
+pub const MAX_LIGHTS: usize = constants::MAX_LIGHTS as usize;
 
 /// What a light is for; it decides the box of values that the search may give it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

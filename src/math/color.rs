@@ -1,9 +1,12 @@
 //! Colours: luminance and the sRGB encoding.
 
+use crate::constants::{
+    self, SRGB_ENCODED_END, SRGB_GAMMA, SRGB_LINEAR_END, SRGB_OFFSET, SRGB_SCALE, SRGB_SLOPE,
+};
 use glam::Vec3;
 
 /// Rec. 709 luminance weights of linear RGB.
-pub const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+pub const LUMINANCE: Vec3 = Vec3::from_array(constants::LUMINANCE);
 
 /// Rec. 709 luminance of linear RGB.
 pub fn luminance(color: Vec3) -> f32 {
@@ -13,12 +16,20 @@ pub fn luminance(color: Vec3) -> f32 {
 /// The sRGB encoding (IEC 61966-2-1) of a linear value, clamped to 0..=1.
 pub fn srgb_encode(linear: f32) -> f32 {
     let x = linear.clamp(0.0, 1.0);
-    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
+    if x <= SRGB_LINEAR_END {
+        SRGB_SLOPE * x
+    } else {
+        SRGB_SCALE * x.powf(1.0 / SRGB_GAMMA) - SRGB_OFFSET
+    }
 }
 
 /// The linear value of an sRGB encoding (IEC 61966-2-1).
 pub fn srgb_decode(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= SRGB_ENCODED_END {
+        encoded / SRGB_SLOPE
+    } else {
+        ((encoded + SRGB_OFFSET) / SRGB_SCALE).powf(SRGB_GAMMA)
+    }
 }
 
 #[cfg(test)]

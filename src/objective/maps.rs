@@ -1,6 +1,8 @@
 //! What is known of a view before any light is chosen: plain data, one entry a pixel, rows from the
 //! top. `n = width · height` below.
 
+use crate::constants::{BACKGROUND, EDGE, NORMAL_RIDGE, SURFACE};
+
 /// The visible surface: what the visibility stage draws. Background entries are 0, save `depth`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surface {
@@ -32,11 +34,11 @@ pub struct Surface {
 pub enum PixelType {
     /// Nothing is drawn there; takes no part in the terms.
     #[default]
-    Background = 0,
+    Background = BACKGROUND as u8,
     /// Inside an object.
-    Surface = 1,
+    Surface = SURFACE as u8,
     /// An object pixel at a jump of depth.
-    Edge = 2,
+    Edge = EDGE as u8,
 }
 
 /// Pixels of each kind.
@@ -69,16 +71,13 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Added to both variances, so that a cylinder's covariance matrix has an inverse.
-    pub const RIDGE: f32 = 1e-4;
-
     /// The inverse of the normals' covariance matrix: `xx`, `xy`, `yy`; `None` on flat geometry.
     pub fn normal_precision(&self) -> Option<[f32; 3]> {
         let [xx, xy, yy] = self.normal_covariance;
-        if xx + yy < Self::RIDGE {
+        if xx + yy < NORMAL_RIDGE {
             return None;
         }
-        let (xx, yy) = (xx + Self::RIDGE, yy + Self::RIDGE);
+        let (xx, yy) = (xx + NORMAL_RIDGE, yy + NORMAL_RIDGE);
         let determinant = xx * yy - xy * xy;
         Some([yy / determinant, -xy / determinant, xx / determinant])
     }

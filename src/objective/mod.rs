@@ -7,6 +7,7 @@ mod statistics;
 mod term;
 pub mod terms;
 
+use crate::constants;
 use crate::error::within;
 use crate::{Error, Result};
 use maps::ViewStatistics;
@@ -18,7 +19,7 @@ pub use statistics::{
 pub use term::{MAX_TERMS, Needs, Term, Terms};
 
 /// Bins of the brightness histogram.
-pub const HISTOGRAM_BINS: usize = 32;
+pub const HISTOGRAM_BINS: usize = constants::HISTOGRAM_BINS as usize;
 
 /// A picture's quality.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

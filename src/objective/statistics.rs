@@ -1,21 +1,7 @@
 //! What is measured in a picture, whatever it is judged by.
 
 use super::HISTOGRAM_BINS;
-
-/// Encoded value from which on a channel counts as burnt out.
-pub const BURNT: f32 = 0.985;
-
-/// Diffuse irradiance below which a pixel counts as unlit; at 1 a white surface shows white.
-pub const UNLIT: f32 = 0.05;
-
-/// Share of the normals' gradient that the picture's gradient has to reach for a detail to be seen.
-pub const DETAIL_SHARE: f32 = 0.35;
-
-/// Least gradient of the picture at which a detail is seen, encoded units a pixel.
-pub const DETAIL_LEAST: f32 = 0.004;
-
-/// Gradient of the normals above which a detail weighs no more.
-pub const DETAIL_MOST: f32 = 0.5;
+pub use crate::constants::{BURNT, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, UNLIT};
 
 /// Statistics of one individual's picture `I` (sRGB-encoded luminance, 0..=1) and of the light that made
 /// it. What the objective does not need ([`super::Needs`]) is 0.

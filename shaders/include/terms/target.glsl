@@ -1,5 +1,4 @@
 // Reference: src/objective/terms/target.rs.
 float term_target(Detail picture) {
-    const float RANGE = 0.25;
-    return min(sqrt(picture.residual) / RANGE, 1.0);
+    return min(sqrt(picture.residual) / TARGET_RANGE, 1.0);
 }

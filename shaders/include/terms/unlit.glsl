@@ -1,5 +1,4 @@
 // Reference: src/objective/terms/unlit.rs.
 float term_unlit(Detail picture) {
-    const float RANGE = 0.15;
-    return min(picture.unlit / RANGE, 1.0);
+    return min(picture.unlit / UNLIT_RANGE, 1.0);
 }

@@ -2,6 +2,10 @@
 //! `surface`, and the maps are made of that, in the engine's own commands.
 
 use crate::Result;
+use crate::constants::{
+    BASE_COLOR_ENCODED, FLIPPED, HAS_BASE_COLOR, HAS_EMISSIVE, HAS_IDS, HAS_NORMAL,
+    HAS_ROUGHNESS_METALLIC, NORMAL_OCTAHEDRAL, NORMAL_UNSIGNED,
+};
 use crate::gpu::Context;
 use crate::gpu::evaluator::GpuEvaluator;
 use crate::gpu::layout::{EngineSurface, Parameters};
@@ -48,16 +52,6 @@ pub struct SurfaceImages {
     /// Numbers of objects or polygons, unsigned integers: 0 is the background.
     pub ids: Option<EngineImage>,
 }
-
-const HAS_NORMAL: u32 = 1;
-const HAS_BASE_COLOR: u32 = 2;
-const HAS_ROUGHNESS_METALLIC: u32 = 4;
-const HAS_EMISSIVE: u32 = 8;
-const HAS_IDS: u32 = 16;
-const FLIPPED: u32 = 32;
-const NORMAL_UNSIGNED: u32 = 64;
-const NORMAL_OCTAHEDRAL: u32 = 128;
-const BASE_COLOR_ENCODED: u32 = 256;
 
 /// Bindings of the stage's set: the engine's images, the G-buffer's, the block.
 const ENGINE_IMAGES: u32 = 6;

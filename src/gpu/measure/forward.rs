@@ -4,6 +4,7 @@
 
 use super::population::{self, FORMAT, PictureStage};
 use crate::Result;
+use crate::constants::{MAX_LIGHTS, NO_OBJECT};
 use crate::gpu::Context;
 use crate::gpu::layout::Chunk;
 use crate::gpu::scene::drawable::{Drawable, VERTICES};
@@ -16,12 +17,10 @@ use crate::gpu::vulkan::pipeline::{ByLights, DescriptorSet, PipelineLayout};
 use ash::vk;
 use std::sync::Arc;
 
-/// Components that the vertices hand to the fragments, 24 of the surface and 96 of the lights, and
+/// Components that the vertices hand to the fragments, 24 of the surface and six of each light, and
 /// behind them those of the position and the layer.
-const COMPONENTS: u32 = 120;
+const COMPONENTS: u32 = 24 + 6 * MAX_LIGHTS;
 const BUILT_IN: u32 = 5;
-/// The value of pixels that nothing covers: `NO_OBJECT` of `shaders/include/layout.glsl`.
-const NO_OBJECT: f32 = -1.0;
 
 /// The draw, with a pipeline for each number of lights seen.
 pub struct ForwardDraw {

@@ -2,6 +2,7 @@
 //! makes the scores. A population larger than what the pipeline can hold at once goes in chunks.
 
 use super::runs::LIGHT_MARGIN;
+use crate::constants::{FITNESS_GROUP, HISTOGRAM_BINS};
 use crate::gpu::Context;
 use crate::gpu::layout::{AppearancePart, Chunk, Detail, GradientPart, MomentPart, binding};
 use crate::gpu::shaders;
@@ -11,13 +12,11 @@ use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::Pipeline;
 use crate::gpu::vulkan::staging;
 use crate::lighting::LightRecord;
-use crate::objective::{HISTOGRAM_BINS, Needs};
+use crate::objective::Needs;
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
 
-/// Invocations of a work group of `fitness`.
-const FITNESS_GROUP: u32 = 128;
 /// Stages of a chunk, at most.
 const STAGES: u32 = 5;
 
@@ -101,8 +100,7 @@ impl Fitness {
     /// What the device reports.
     pub fn new(context: &Arc<Context>, view: &ViewMemory, measure: &dyn Measure) -> Result<Self> {
         let appearance = view.objective.needs() != Needs::NONE;
-        let bins = HISTOGRAM_BINS as u32;
-        let constants = [FITNESS_GROUP, bins, measure.bin_bits(), appearance.into()];
+        let constants = [FITNESS_GROUP, HISTOGRAM_BINS, measure.bin_bits(), appearance.into()];
         let spirv = shaders::FITNESS_COMP;
         Pipeline::compute(context, "fitness", spirv, &view.layout, &constants).map(Self)
     }

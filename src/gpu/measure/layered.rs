@@ -4,6 +4,7 @@
 use super::generation::Measure;
 use super::population::{self, PictureStage};
 use crate::Result;
+use crate::constants::{HISTOGRAM_ROWS, SUM_ROWS};
 use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, binding};
 use crate::gpu::shaders;
@@ -17,10 +18,6 @@ use std::sync::Arc;
 
 /// Invocations of a work group of the reductions, along a row.
 const COLUMNS: u32 = 64;
-/// Rows of a strip of `histogram`; at most 255, as it counts in bytes.
-const HISTOGRAM_ROWS: u32 = 128;
-/// Rows of a strip of `moments` and `gradient`.
-const ROWS: u32 = 32;
 
 /// The stage that makes the pictures, and their reductions.
 pub struct Layered<S> {
@@ -41,13 +38,13 @@ impl<S: PictureStage> Layered<S> {
             Ok((stem, pipeline, [width.div_ceil(COLUMNS), height.div_ceil(rows)]))
         };
         let bins = [COLUMNS, HISTOGRAM_ROWS, HISTOGRAM_BINS as u32];
-        let sums = [COLUMNS, ROWS];
+        let sums = [COLUMNS, SUM_ROWS];
         Ok(Self {
             stage,
             reductions: [
                 reduction("histogram", shaders::HISTOGRAM_COMP, HISTOGRAM_ROWS, &bins)?,
-                reduction("moments", shaders::MOMENTS_COMP, ROWS, &sums)?,
-                reduction("gradient", shaders::GRADIENT_COMP, ROWS, &sums)?,
+                reduction("moments", shaders::MOMENTS_COMP, SUM_ROWS, &sums)?,
+                reduction("gradient", shaders::GRADIENT_COMP, SUM_ROWS, &sums)?,
             ],
             size: view.size,
             context: Arc::clone(context),
@@ -57,7 +54,7 @@ impl<S: PictureStage> Layered<S> {
 
 impl<S: PictureStage> Measure for Layered<S> {
     fn entries(&self) -> [u32; 2] {
-        [HISTOGRAM_ROWS, ROWS].map(|rows| self.size[0] * self.size[1].div_ceil(rows))
+        [HISTOGRAM_ROWS, SUM_ROWS].map(|rows| self.size[0] * self.size[1].div_ceil(rows))
     }
 
     /// What layers, image size and memory allow.

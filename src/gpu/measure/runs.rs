@@ -4,6 +4,9 @@
 use super::generation::Measure;
 use super::pixels::{FOUR_FLOATS, Pixels};
 use crate::Result;
+use crate::constants::{
+    LIGHT_WINDOW as WINDOW, RUN_PIXELS as PIXELS, RUNS_BLOCK as BLOCK, STATISTICS_GROUP,
+};
 use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, pixel_binding};
 use crate::gpu::shaders;
@@ -17,16 +20,8 @@ use crate::objective::HISTOGRAM_BINS;
 use ash::vk;
 use std::sync::Arc;
 
-/// Individuals that share a pass over the pixels.
-const BLOCK: u32 = 4;
-/// Lights of a block, at most, behind those that only alignment brings along.
-pub const WINDOW: u32 = 72;
-/// Invocations of a work group of `statistics`; each has a run of pixels.
-const STATISTICS_GROUP: u32 = 32;
 /// Invocations of a work group of `shading`; each has a pixel.
 const GROUP: u32 = 256;
-/// Pixels of a run; at most 255, as it is counted in bytes.
-const PIXELS: u32 = 128;
 const PIXEL_BYTES: u64 = size_of::<[f32; BLOCK as usize]>() as u64;
 const LIGHT_BYTES: u32 = size_of::<LightRecord>() as u32;
 

@@ -3,11 +3,11 @@
 
 use super::generation::{Measure, part_bytes};
 use crate::Result;
+use crate::constants::{TILE_SIDE as SIDE, TILES_BLOCK as BLOCK, TILES_GROUP};
 use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, Tile};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
-use crate::gpu::vulkan::choice::TILES_GROUP;
 use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
 };
@@ -16,11 +16,6 @@ use crate::gpu::vulkan::pipeline::{ByLights, DescriptorSet, Pipeline, PipelineLa
 use crate::gpu::vulkan::staging;
 use ash::vk;
 use std::sync::Arc;
-
-/// Individuals that share a pass over the surface.
-const BLOCK: u32 = 4;
-/// Pixels of a tile's side.
-const SIDE: u32 = 32;
 
 /// The list of tiles, the stage, and the first picture.
 pub struct Tiles {

@@ -1,7 +1,9 @@
 //! The scene's triangles and materials as the visibility draw reads them.
 
 use crate::gpu::Context;
-use crate::gpu::layout::{DOUBLE_SIDED, InstanceRecord, MaterialRecord, NORMAL_MAPPED, TextureUse};
+use crate::gpu::layout::{
+    DOUBLE_SIDED, InstanceRecord, MATERIAL_TEXTURES, MaterialRecord, NORMAL_MAPPED, TextureUse,
+};
 use crate::gpu::vulkan::memory::Buffer;
 use crate::gpu::vulkan::staging::Uploader;
 use crate::scene::view::View;
@@ -58,7 +60,7 @@ impl TextureUse {
 }
 
 /// A material's textures in the order of their bindings.
-pub fn texture_slots(material: &Material) -> [Option<TextureRef>; 4] {
+pub fn texture_slots(material: &Material) -> [Option<TextureRef>; MATERIAL_TEXTURES as usize] {
     [
         material.base_color_texture,
         material.metallic_roughness_texture,

@@ -3,6 +3,7 @@
 use super::geometry::texture_slots;
 use crate::Result;
 use crate::gpu::Context;
+use crate::gpu::layout::MATERIAL_TEXTURES;
 use crate::gpu::vulkan::Call;
 use crate::gpu::vulkan::commands::{COPY_WRITE, Commands, NOTHING};
 use crate::gpu::vulkan::memory::{Image, ImageDesc};
@@ -12,8 +13,6 @@ use crate::scene::{Material, Scene, Texture, TextureLevel, Wrap};
 use ash::vk;
 use std::sync::Arc;
 
-/// Textures that a material can have: base colour, metallic-roughness, normal, emissive.
-pub const SLOTS: u32 = 4;
 const KIND: vk::DescriptorType = vk::DescriptorType::COMBINED_IMAGE_SAMPLER;
 
 /// Every texture of a scene, and behind them a white texel for what a material does not have.
@@ -84,7 +83,8 @@ impl Textures {
     }
 
     fn create_sets(&mut self, count: u32) -> Result<()> {
-        let sizes = [vk::DescriptorPoolSize { ty: KIND, descriptor_count: SLOTS * count }];
+        let sizes =
+            [vk::DescriptorPoolSize { ty: KIND, descriptor_count: MATERIAL_TEXTURES * count }];
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(count).pool_sizes(&sizes);
         let device = self.context.device();
         // SAFETY: the device is alive and every info complete; what is made belongs to `self`.
@@ -165,7 +165,7 @@ impl Drop for Textures {
 /// The layout of a material's set: each texture at the binding of its slot.
 fn layout(context: &Context) -> Result<vk::DescriptorSetLayout> {
     let binding = |slot| (slot, KIND, vk::ShaderStageFlags::FRAGMENT);
-    let bindings: Vec<Binding> = (0..SLOTS).map(binding).collect();
+    let bindings: Vec<Binding> = (0..MATERIAL_TEXTURES).map(binding).collect();
     set_layout(context, &bindings)
 }
 

@@ -3,6 +3,7 @@
 
 use super::memory::{PIXEL_GROUP, ViewMemory};
 use crate::Result;
+use crate::constants::MAP_STRIP as STRIP;
 use crate::gpu::Context;
 use crate::gpu::shaders;
 use crate::gpu::vulkan::commands::{COMPUTE_WRITE, COPY_WRITE, Scope, StageTimer};
@@ -14,8 +15,6 @@ use std::sync::Arc;
 /// Invocations of a work group of the stages that count or sum: side by side, so that each row is
 /// read in order.
 const STRIP_GROUP: [u32; 2] = [64, 1];
-/// Pixels, one below the other, that an invocation of these stages takes.
-const STRIP: u32 = 16;
 /// Invocations of the one work group that adds up what the strips have; a power of two.
 const TOTAL_GROUP: u32 = 128;
 

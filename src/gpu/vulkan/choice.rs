@@ -1,11 +1,10 @@
 //! Which pipeline measures populations on a device.
 
+use crate::constants::TILES_GROUP;
 use ash::vk;
 use serde::Serialize;
 use std::fmt;
 
-/// Invocations of a work group of the stage `tiles`.
-pub const TILES_GROUP: u32 = 256;
 /// Bytes of shared memory that `tiles` takes at most: with the fewest invocations a subgroup may
 /// have, and the most lights.
 pub const TILES_SHARED_BYTES: u32 = 30 << 10;

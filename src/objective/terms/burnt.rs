@@ -1,12 +1,8 @@
 //! Burnt-out pixels: the share of the object with any channel at white, beyond a tolerance.
 
+use crate::constants::{BURNT_RANGE, BURNT_TOLERATED};
 use crate::objective::maps::ViewStatistics;
 use crate::objective::{Needs, Objective, Statistics, Term};
-
-/// Share of the object that may burn out: highlights.
-pub const TOLERATED: f32 = 0.005;
-/// Share beyond it that makes the term 1.
-pub const RANGE: f32 = 0.05;
 
 /// See the module.
 pub static TERM: Term = Term {
@@ -18,5 +14,5 @@ pub static TERM: Term = Term {
 };
 
 fn formula(picture: &Statistics, _: &ViewStatistics, _: &Objective) -> f32 {
-    ((picture.burnt - TOLERATED).max(0.0) / RANGE).min(1.0)
+    ((picture.burnt - BURNT_TOLERATED).max(0.0) / BURNT_RANGE).min(1.0)
 }

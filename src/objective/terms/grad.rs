@@ -1,10 +1,8 @@
 //! `F_grad`, shading gradient (Ha and Olivier 2006, section 3): `1 − min(1, G / G_n)`; 0 on flat geometry.
 
+use crate::constants::GRAD_FLAT;
 use crate::objective::maps::ViewStatistics;
 use crate::objective::{Needs, Objective, Statistics, Term};
-
-/// Mean gradient of the normals below which the geometry counts as flat and the term is 0.
-pub const FLAT_NORMALS: f32 = 1e-6;
 
 /// See the module.
 pub static TERM: Term = Term {
@@ -16,7 +14,7 @@ pub static TERM: Term = Term {
 };
 
 fn formula(picture: &Statistics, view: &ViewStatistics, _: &Objective) -> f32 {
-    if view.normal_detail < FLAT_NORMALS {
+    if view.normal_detail < GRAD_FLAT {
         return 0.0;
     }
     1.0 - (picture.gradient / view.normal_detail).min(1.0)

@@ -1,10 +1,8 @@
 //! Contrast: `1 − min(1, σ / 0.2)`. Enough is enough: unlike [`var`](super::var) it pays for no more.
 
+use crate::constants::RANGE_ENOUGH;
 use crate::objective::maps::ViewStatistics;
 use crate::objective::{Needs, Objective, Statistics, Term};
-
-/// Standard deviation of the brightness that is enough.
-pub const ENOUGH: f32 = 0.2;
 
 /// See the module.
 pub static TERM: Term = Term {
@@ -16,5 +14,5 @@ pub static TERM: Term = Term {
 };
 
 fn formula(picture: &Statistics, _: &ViewStatistics, _: &Objective) -> f32 {
-    1.0 - (picture.variance.max(0.0).sqrt() / ENOUGH).min(1.0)
+    1.0 - (picture.variance.max(0.0).sqrt() / RANGE_ENOUGH).min(1.0)
 }

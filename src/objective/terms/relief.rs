@@ -3,13 +3,9 @@
 //! components `n_x` and `n_y`: `C` is their covariance matrix, fixed for a view, `c` their covariances with
 //! `e`. A headlight has none: it looks flat. 0 on flat geometry.
 
+use crate::constants::{RELIEF_ENOUGH, RELIEF_LEAST};
 use crate::objective::maps::ViewStatistics;
 use crate::objective::{Needs, Objective, Statistics, Term};
-
-/// Coefficient of determination that is enough.
-pub const ENOUGH: f32 = 0.6;
-/// Variance of the irradiance below which there is no shading to speak of.
-pub const LEAST_VARIANCE: f32 = 1e-5;
 
 /// See the module.
 pub static TERM: Term = Term {
@@ -24,5 +20,5 @@ fn formula(picture: &Statistics, view: &ViewStatistics, _: &Objective) -> f32 {
     let Some([xx, xy, yy]) = view.shape.normal_precision() else { return 0.0 };
     let [x, y] = picture.irradiance.covariance;
     let explained = xx * x * x + 2.0 * xy * x * y + yy * y * y;
-    1.0 - (explained / picture.irradiance.variance.max(LEAST_VARIANCE) / ENOUGH).clamp(0.0, 1.0)
+    1.0 - (explained / picture.irradiance.variance.max(RELIEF_LEAST) / RELIEF_ENOUGH).clamp(0.0, 1.0)
 }

@@ -1,10 +1,8 @@
 //! Distance from a target picture: `min(1, √residual / 0.25)`.
 
+use crate::constants::TARGET_RANGE;
 use crate::objective::maps::ViewStatistics;
 use crate::objective::{Needs, Objective, Statistics, Term};
-
-/// Root mean square distance that makes the term 1, encoded units.
-pub const RANGE: f32 = 0.25;
 
 /// See the module.
 pub static TERM: Term = Term {
@@ -16,5 +14,5 @@ pub static TERM: Term = Term {
 };
 
 fn formula(picture: &Statistics, _: &ViewStatistics, _: &Objective) -> f32 {
-    (picture.residual.max(0.0).sqrt() / RANGE).min(1.0)
+    (picture.residual.max(0.0).sqrt() / TARGET_RANGE).min(1.0)
 }

@@ -1,10 +1,8 @@
 //! Unlit pixels: the share of the object that no light reaches.
 
+use crate::constants::UNLIT_RANGE;
 use crate::objective::maps::ViewStatistics;
 use crate::objective::{Needs, Objective, Statistics, Term};
-
-/// Share of the object that makes the term 1.
-pub const RANGE: f32 = 0.15;
 
 /// See the module.
 pub static TERM: Term = Term {
@@ -16,5 +14,5 @@ pub static TERM: Term = Term {
 };
 
 fn formula(picture: &Statistics, _: &ViewStatistics, _: &Objective) -> f32 {
-    (picture.unlit / RANGE).min(1.0)
+    (picture.unlit / UNLIT_RANGE).min(1.0)
 }
