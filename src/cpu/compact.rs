@@ -2,7 +2,7 @@
 //! the neighbours that the gradients need. Pixels keep their order, rows from the top.
 
 use super::neighbourhood;
-use crate::lighting::shading::Shading;
+use crate::lighting::shading::{Brdf, Shading};
 use crate::math::color::luminance;
 use crate::objective::maps::{Maps, PixelType};
 use crate::scene::view::View;
@@ -44,6 +44,29 @@ pub struct Group {
     pub unlit: Lanes,
 }
 
+/// What shading in colour needs of the same pixels besides, 40 bytes each.
+#[repr(C, align(64))]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ColorGroup {
+    /// Diffuse reflectance, by channel.
+    pub diffuse: [Lanes; 3],
+    /// Specular reflectance: of Blinn-Phong with its normalisation, else at normal incidence.
+    pub specular: [Lanes; 3],
+    /// Width of the lobe: `s/2` of Blinn-Phong, else `α²`.
+    pub lobe: Lanes,
+    /// Radiance without any light.
+    pub unlit: [Lanes; 3],
+}
+
+/// How much a pixel's detail weighs, and how its gradient becomes a share of what has to be seen.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Shaped {
+    /// `min(|∇n|, 0.5)`.
+    pub weight: f32,
+    /// `1 / max(0.35·|∇n|, 0.004)`.
+    pub scale: f32,
+}
+
 /// The object's pixels.
 #[derive(Debug, Clone, Default)]
 pub struct Pixels {
@@ -83,6 +106,8 @@ pub struct Band {
     pub runs: Vec<Run>,
     /// Surroundings of the other SURFACE pixels, counted as `own`.
     pub surface: Vec<Taps>,
+    /// These pixels themselves, counted likewise.
+    pub surface_at: Vec<u32>,
     /// Surroundings of the EDGE pixels, counted likewise.
     pub edge: Vec<Taps>,
 }
@@ -119,6 +144,39 @@ impl Pixels {
             group.unlit[lane] = luminance(reflectance.unlit);
         }
         pixels
+    }
+
+    /// What shading in colour needs of the pixels.
+    pub fn colors(&self, maps: &Maps, shading: &Shading) -> Vec<ColorGroup> {
+        let surface = &maps.surface;
+        let mut colors = vec![ColorGroup::default(); self.groups.len()];
+        for (i, &at) in self.at.iter().enumerate() {
+            let (group, lane, at) = (&mut colors[i / LANES], i % LANES, at as usize);
+            let looks = shading.reflectance(
+                surface.base_color[at].into(),
+                surface.metallic[at],
+                surface.roughness[at],
+                surface.emissive[at].into(),
+            );
+            let (specular, lobe) = match shading.brdf {
+                Brdf::BlinnPhong => (looks.specular, 0.5 * looks.shininess),
+                Brdf::Gltf => (looks.normal_incidence, looks.alpha * looks.alpha),
+            };
+            group.lobe[lane] = lobe;
+            for channel in 0..3 {
+                group.diffuse[channel][lane] = looks.diffuse[channel];
+                group.specular[channel][lane] = specular[channel];
+                group.unlit[channel][lane] = looks.unlit[channel];
+            }
+        }
+        colors
+    }
+
+    /// A number of each object pixel, and of those that fill the last group up.
+    pub fn numbers<T: Copy + Default>(&self, number: impl Fn(usize) -> T) -> Vec<T> {
+        let mut numbers: Vec<T> = self.at.iter().map(|&at| number(at as usize)).collect();
+        numbers.resize(self.groups.len() * LANES, T::default());
+        numbers
     }
 
     /// Cuts the picture into bands. They depend on the maps alone.
@@ -159,7 +217,10 @@ impl Pixels {
             let inner = around.iter().all(|&tap| tap != at);
             match maps.types[at] {
                 PixelType::Edge => band.edge.push(around.map(local)),
-                _ if !inner => band.surface.push(around.map(local)),
+                _ if !inner => {
+                    band.surface.push(around.map(local));
+                    band.surface_at.push(local(at));
+                }
                 _ => {
                     // Rows do not run together: their first and last pixels are never inner.
                     match band.runs.last_mut() {

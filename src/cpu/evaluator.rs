@@ -4,13 +4,13 @@
 //! in the cache; the bands' sums are then added in order. Bands depend on the maps alone, so the bits
 //! do not depend on the number of threads.
 
-use super::compact::{Band, Pixels};
-use super::kernels::{self, Tile};
+use super::bands::{Bands, Part, Shade};
+use super::kernels::Tile;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population};
 use crate::objective::maps::{Maps, ViewStatistics};
-use crate::objective::{HISTOGRAM_BINS, Objective, Quality, Statistics};
+use crate::objective::{Objective, Quality};
 use crate::scene::view::View;
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -31,112 +31,58 @@ pub struct CpuEvaluator {
     maps: Maps,
     view: ViewStatistics,
     objective: Objective,
-    pixels: Pixels,
-    bands: Vec<Band>,
+    bands: Bands,
     /// Of the last chunk: all rigs' parts of the first band, then of the next.
     parts: Vec<Part>,
-    /// Room for the pictures of a task, [`TASK_RIGS`] of [`CpuEvaluator::stride`] tiles each, that no
-    /// task uses at the moment.
+    /// Room for the planes of a task that no task uses at the moment.
     rooms: Mutex<Vec<Vec<Tile>>>,
     device: DeviceInfo,
-}
-
-/// What one band adds to an individual's statistics.
-#[derive(Debug, Clone, Copy, Default)]
-struct Part {
-    /// Of `I`.
-    sum: f64,
-    /// Of squared deviations of `I` from the band's own mean.
-    squares: f64,
-    /// Of `min(1, |∇I| / edge_contrast)` over EDGE.
-    edge: f64,
-    /// Of `|∇I|` over SURFACE.
-    gradient: f64,
-    histogram: [u32; HISTOGRAM_BINS],
 }
 
 impl CpuEvaluator {
     /// An evaluator of the view that `maps` describes.
     pub fn new(maps: Maps, view: &View, objective: Objective, shading: Shading) -> Self {
-        let pixels = Pixels::new(&maps, view, &shading);
-        let bands = pixels.bands(&maps);
+        let bands = Bands::new(&maps, view, &objective, shading);
         let (parts, rooms) = Default::default();
-        Self {
-            view: maps.statistics(),
-            maps,
-            objective,
-            pixels,
-            bands,
-            parts,
-            rooms,
-            device: device(),
-        }
+        Self { view: maps.statistics(), maps, objective, bands, parts, rooms, device: device() }
     }
 
-    /// Tiles of a picture of any band.
-    fn stride(&self) -> usize {
-        self.bands.iter().map(|band| band.groups.len()).max().unwrap_or(0).max(1)
-    }
-
-    fn with_room<T>(&self, work: impl FnOnce(&mut [Tile]) -> T) -> T {
+    /// Works in room for [`TASK_RIGS`] rigs.
+    fn with_room<T>(&self, shade: Shade, work: impl FnOnce(&mut [Tile]) -> T) -> T {
         let rooms = || self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
-        let spare = rooms().pop();
-        let mut room = spare.unwrap_or_else(|| vec![Tile::default(); TASK_RIGS * self.stride()]);
+        let mut room = rooms().pop().unwrap_or_default();
+        let tiles = TASK_RIGS * shade.planes() * self.bands.stride();
+        if room.len() < tiles {
+            room.resize(tiles, Tile::default());
+        }
         let result = work(&mut room);
         rooms().push(room);
         result
     }
 
-    /// Shades some rigs in one band and measures them; the pictures stay in the room.
-    fn measure(
-        &self,
-        band: &Band,
-        rigs: &[LightRecord],
-        lights: usize,
-        room: &mut [Tile],
-        parts: &mut [Part],
-    ) {
-        let groups = &self.pixels.groups[band.groups.clone()];
-        let stride = self.stride();
-        kernels::shade(groups, rigs, lights, room, stride);
-        for (part, picture) in parts.iter_mut().zip(room.chunks_exact(stride)) {
-            *part = self.part(band, bytemuck::cast_slice(picture));
-        }
-    }
-
-    /// Measures one rig's picture of a band.
-    fn part(&self, band: &Band, picture: &[f32]) -> Part {
-        let own = &picture[band.own.clone()];
-        let (sum, squares) = kernels::moments(own);
-        let inner = kernels::interior_gradient(picture, &band.runs);
-        let outer = kernels::tapped_gradient(picture, &band.surface, 1.0, f32::MAX);
-        let full = 1.0 / self.objective.edge_contrast;
-        let edge = kernels::tapped_gradient(picture, &band.edge, full, 1.0);
-        Part { sum, squares, edge, gradient: inner + outer, histogram: kernels::histogram(own) }
-    }
-
     /// Passes the quality of every rig to `take`, in order.
     fn measure_all(&mut self, population: &Population, mut take: impl FnMut(Quality)) {
         let lights = population.lights();
-        let chunk = (CHUNK_PARTS / self.bands.len().max(1)).max(1);
+        let shade = self.bands.shade(population.records(), &self.maps);
+        let chunk = (CHUNK_PARTS / self.bands.bands.len().max(1)).max(1);
         for records in population.records().chunks(chunk * lights) {
-            self.measure_chunk(records, lights, &mut take);
+            self.measure_chunk((records, lights), shade, &mut take);
         }
     }
 
     /// Measures the rigs of `lights` lights each in `records`.
     fn measure_chunk(
         &mut self,
-        records: &[LightRecord],
-        lights: usize,
+        (records, lights): (&[LightRecord], usize),
+        shade: Shade,
         take: &mut impl FnMut(Quality),
     ) {
         let rigs = records.len() / lights;
         let mut parts = std::mem::take(&mut self.parts);
-        parts.resize(rigs * self.bands.len(), Part::default());
+        parts.resize(rigs * self.bands.bands.len(), Part::default());
         let tasks = THREAD_TASKS * rayon::current_num_threads();
         let task_rigs = (parts.len() / tasks).clamp(1, TASK_RIGS);
-        let bands = parts.par_chunks_mut(rigs).zip(&self.bands);
+        let bands = parts.par_chunks_mut(rigs).zip(&self.bands.bands);
         bands
             .flat_map(|(parts, band)| {
                 let tasks =
@@ -144,40 +90,15 @@ impl CpuEvaluator {
                 tasks.map(move |(parts, rigs)| (band, parts, rigs))
             })
             .for_each(|(band, parts, rigs)| {
-                self.with_room(|room| self.measure(band, rigs, lights, room, parts));
+                self.with_room(shade, |room| {
+                    self.bands.measure(band, (rigs, lights), shade, room, parts);
+                });
             });
-        for rig in 0..rigs {
-            let statistics = self.statistics(parts.iter().skip(rig).step_by(rigs));
+        for (rig, lights) in records.chunks(lights).enumerate() {
+            let statistics = self.bands.statistics(parts.iter().skip(rig).step_by(rigs), lights);
             take(self.objective.quality(&statistics, &self.view));
         }
         self.parts = parts;
-    }
-
-    /// Puts an individual's parts together.
-    fn statistics<'a>(&self, parts: impl Iterator<Item = &'a Part> + Clone) -> Statistics {
-        let counts = self.maps.counts;
-        let total = |f: fn(&Part) -> f64| parts.clone().map(f).sum::<f64>();
-        let mean_of = |sum: f64, count: u32| sum / f64::from(count.max(1));
-        let mean = mean_of(total(|part| part.sum), counts.object());
-        // The bands' own variances, and that of their means (Chan, Golub and LeVeque 1983).
-        let between = parts.clone().zip(&self.bands).map(|(part, band)| {
-            let count = band.own.len() as f64;
-            let off = part.sum / count.max(1.0) - mean;
-            count * off * off
-        });
-        let squares = total(|part| part.squares) + between.sum::<f64>();
-        let mut histogram = [0; HISTOGRAM_BINS];
-        for part in parts.clone() {
-            histogram.iter_mut().zip(part.histogram).for_each(|(bin, count)| *bin += count);
-        }
-        Statistics {
-            edge_contrast: mean_of(total(|part| part.edge), counts.edge) as f32,
-            mean: mean as f32,
-            variance: mean_of(squares, counts.object()) as f32,
-            gradient: mean_of(total(|part| part.gradient), counts.surface) as f32,
-            histogram,
-            ..Statistics::default()
-        }
     }
 }
 
@@ -207,19 +128,20 @@ impl Evaluator for CpuEvaluator {
     fn inspect(&mut self, rig: &[Light]) -> Result<Inspection> {
         let population = Population::of([rig])?;
         let mut picture = vec![0.0; self.maps.types.len()];
-        let mut parts = vec![Part::default(); self.bands.len()];
-        let mut at = self.pixels.at.iter();
-        for (band, part) in self.bands.iter().zip(&mut parts) {
-            self.with_room(|room| {
-                let part = std::slice::from_mut(part);
-                self.measure(band, population.records(), rig.len(), room, part);
+        let shade = self.bands.shade(population.records(), &self.maps);
+        let mut parts = vec![Part::default(); self.bands.bands.len()];
+        let mut at = self.bands.pixels.at.iter();
+        let rigs = (population.records(), rig.len());
+        for (band, part) in self.bands.bands.iter().zip(&mut parts) {
+            self.with_room(shade, |room| {
+                self.bands.measure(band, rigs, shade, room, std::slice::from_mut(part));
                 let own: &[f32] = bytemuck::cast_slice(room);
                 for (&i, &at) in own[band.own.clone()].iter().zip(&mut at) {
                     picture[at as usize] = i;
                 }
             });
         }
-        let statistics = self.statistics(parts.iter());
+        let statistics = self.bands.statistics(parts.iter(), population.records());
         let Quality { score, terms } = self.objective.quality(&statistics, &self.view);
         Ok(Inspection { score, terms, statistics, picture })
     }

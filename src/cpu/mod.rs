@@ -19,6 +19,7 @@ pub mod surface;
 pub mod visibility;
 pub mod visible;
 
+mod bands;
 mod compact;
 mod evaluator;
 mod fast_math;

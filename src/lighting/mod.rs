@@ -225,6 +225,19 @@ impl Population {
         Ok(population)
     }
 
+    /// A population of rigs of `lights` lights each, in the form that evaluators read.
+    ///
+    /// # Errors
+    /// As [`Population::new`]; a number of records that makes no whole rigs is an error too.
+    pub fn of_records(lights: usize, records: Vec<LightRecord>) -> Result<Self> {
+        check_number(lights)?;
+        if !records.len().is_multiple_of(lights) {
+            let fault = format!("{} lights do not make rigs of {lights}", records.len());
+            return Err(Error::Argument(fault));
+        }
+        Ok(Self { lights, records })
+    }
+
     /// Adds a rig.
     ///
     /// # Errors

@@ -171,12 +171,13 @@ fn gltf(at: &Place, l: Vec3, n_l: f32, looks: &Reflectance) -> (Vec3, Vec3) {
     let (n, v) = (at.normal, at.to_viewer);
     let h = (l + v).normalize_or_zero();
     let alpha2 = looks.alpha * looks.alpha;
-    let (n_v, n_h) = (n.dot(v).max(1e-4), n.dot(h).clamp(0.0, 1.0));
+    let (n_v, n_h) = (n.dot(v).max(1e-4), n.dot(h).max(0.0));
     let fresnel = {
         let grazing = (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5);
         looks.normal_incidence + (Vec3::ONE - looks.normal_incidence) * grazing
     };
-    let spread = n_h * n_h * (alpha2 - 1.0) + 1.0;
+    // (n·h)²·(α² − 1) + 1, by way of the sine: it keeps the precision that 1 − cosine² would lose.
+    let spread = n_h * n_h * alpha2 + n.cross(h).length_squared();
     let distribution = alpha2 / (spread * spread);
     let masking = |a: f32, b: f32| a * (b * b * (1.0 - alpha2) + alpha2).sqrt();
     let visibility = 0.5 / (masking(n_l, n_v) + masking(n_v, n_l));

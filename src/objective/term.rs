@@ -38,6 +38,11 @@ impl Needs {
     /// The distance from a target picture.
     pub const TARGET: Self = Self { target: true, ..Self::NONE };
 
+    /// Whether what the lights do has to be known, and not the brightness alone.
+    pub fn lights(self) -> bool {
+        self.channels || self.irradiance
+    }
+
     /// What either of two needs.
     pub fn and(self, other: Self) -> Self {
         Self {

@@ -2,10 +2,14 @@
 //! machine's best is chosen at run time. All of them give the same bits: every sum is taken in
 //! [`LANES`] parts in a fixed order.
 
+mod appearance;
+mod color;
 mod histogram;
 mod shade;
 mod statistics;
 
+pub use appearance::{AppearanceSums, appearance, interior_detail, residual, tapped_detail};
+pub use color::shade_color;
 pub use histogram::histogram;
 pub use shade::shade;
 pub use statistics::{interior_gradient, moments, tapped_gradient};

@@ -78,7 +78,7 @@ pub(super) fn runs_gradient(picture: &[f32], runs: &[Run]) -> f64 {
 
 /// The same over the pixels between the ends of three rows.
 #[inline(always)]
-fn row_squares(rows: [&[f32]; 3], squares: &mut [f32]) {
+pub(super) fn row_squares(rows: [&[f32]; 3], squares: &mut [f32]) {
     let len = squares.len();
     if len < LANES {
         for (k, square) in squares.iter_mut().enumerate() {
@@ -105,7 +105,7 @@ fn square_in_rows([a, h, b]: [&[f32]; 3], k: usize) -> f32 {
 
 /// `64·|∇I|²` from the taps around a pixel, row by row.
 #[inline(always)]
-fn square([a, b, c, d, f, g, h, i]: [f32; 8]) -> f32 {
+pub(super) fn square([a, b, c, d, f, g, h, i]: [f32; 8]) -> f32 {
     let (falling, rising) = (i - a, c - g);
     let x = 2.0f32.mul_add(f - d, falling + rising);
     let y = 2.0f32.mul_add(h - b, falling - rising);
