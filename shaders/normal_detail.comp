@@ -1,25 +1,13 @@
 #version 460
-// Normal detail G_n, first half: for each strip, the sum over SURFACE of the Frobenius length of the
-// Sobel pair on the unit normals; a tap outside the object or the picture takes the centre's value.
-// Reference: src/cpu/normal_detail.rs.
+// The shape that a view shows, first half: for each strip, the sums over SURFACE of |grad n| and of its
+// weight, and those over the object of the normals' x and y, their products and the base colour's
+// luminance. References: src/cpu/normal_detail.rs, src/cpu/shape.rs.
 #extension GL_GOOGLE_include_directive : require
 #include "maps.glsl"
+#include "normal_gradient.glsl"
+#include "shading.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
-
-float detail(ivec2 pixel) {
-    vec3 centre = texelFetch(normal_metallic_map, pixel, 0).xyz;
-    vec3 n[9];
-    for (int k = 0; k < 9; ++k) {
-        ivec2 tap = pixel + ivec2(k % 3 - 1, k / 3 - 1);
-        n[k] = inside(tap) && is_object(tap)
-            ? texelFetch(normal_metallic_map, tap, 0).xyz
-            : centre;
-    }
-    vec3 x = (n[2] - n[0]) + 2.0 * (n[5] - n[3]) + (n[8] - n[6]);
-    vec3 y = (n[6] - n[0]) + 2.0 * (n[7] - n[1]) + (n[8] - n[2]);
-    return sqrt(dot(x, x) + dot(y, y)) / 8.0;
-}
 
 void main() {
     uint x = gl_GlobalInvocationID.x;
@@ -27,12 +15,25 @@ void main() {
     if (x >= parameters.size.x) {
         return;
     }
-    float sum = 0.0;
+    ShapePart part = ShapePart(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (uint y = strip * STRIP; y < min((strip + 1u) * STRIP, parameters.size.y); ++y) {
         ivec2 pixel = ivec2(x, y);
-        if (imageLoad(type_map, pixel).x == SURFACE) {
-            sum += detail(pixel);
+        uint kind = imageLoad(type_map, pixel).x;
+        if (kind == BACKGROUND) {
+            continue;
         }
+        if (kind == SURFACE) {
+            float gradient = normal_gradient(pixel);
+            part.gradient += gradient;
+            part.weight += min(gradient, DETAIL_MOST);
+        }
+        vec2 n = texelFetch(normal_metallic_map, pixel, 0).xy;
+        part.x += n.x;
+        part.y += n.y;
+        part.xx += n.x * n.x;
+        part.xy += n.x * n.y;
+        part.yy += n.y * n.y;
+        part.base += luminance(texelFetch(base_color_map, pixel, 0).rgb);
     }
-    partials[strip * parameters.size.x + x] = sum;
+    partials[strip * parameters.size.x + x] = part;
 }

@@ -5,11 +5,16 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "pixels.glsl"
+#include "appearance.glsl"
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 0) const uint GROUP = STATISTICS_GROUP;
 layout(constant_id = 1) const uint PIXELS = RUN_PIXELS; // of an invocation
 layout(constant_id = 2) const uint BINS = HISTOGRAM_BINS;
+layout(constant_id = 3) const bool LIGHTS = false; // what is measured besides
+layout(constant_id = 4) const bool DETAIL = false;
+layout(constant_id = 5) const bool TARGET = false;
+layout(constant_id = 6) const bool COLOR = false; // whether irradiances stand behind the brightnesses
 const uint WORDS = BINS / 4;
 
 // Three brightnesses side by side; those of the middle and the left one wander on to the next pixel.
@@ -32,7 +37,7 @@ Row present_or(Row row, uint present, uint k, vec4 center) {
 
 void main() {
     uint objects = view_statistics.surface + view_statistics.edge;
-    uint base = gl_WorkGroupID.y * stride();
+    uint base = gl_WorkGroupID.y * stride() * (COLOR ? 2 : 1);
     uint words[BLOCK][WORDS];
     [[unroll]] for (uint i = 0; i < BLOCK; ++i) {
         [[unroll]] for (uint w = 0; w < WORDS; ++w) {
@@ -49,6 +54,10 @@ void main() {
     Row above;
     Row here;
     Row below;
+    Sums sums[BLOCK];
+    [[unroll]] for (uint i = 0; i < BLOCK; ++i) {
+        sums[i] = no_sums();
+    }
     bool follows = false; // whether the pixel before is the left neighbour
     for (uint number = first; number < end; ++number) {
         uvec4 at = texelFetch(taps, int(number));
@@ -84,6 +93,24 @@ void main() {
         bool inner = at.w == SURFACE;
         surface += inner ? slope : vec4(0.0);
         edge += inner ? vec4(0.0) : min(slope / parameters.edge_contrast, vec4(1.0));
+        if (LIGHTS || DETAIL || TARGET) {
+            ivec2 pixel = pixel_of(number);
+            vec2 n = texelFetch(normals, int(number)).xy;
+            vec4 light = LIGHTS ? brightness_at(base + stride() + number) : vec4(0.0);
+            float gradient = DETAIL ? texelFetch(color_surface, ivec3(pixel, 1), 0).w : 0.0;
+            float target = TARGET ? texelFetch(color_surface, ivec3(pixel, 2), 0).w : NO_TARGET;
+            [[unroll]] for (uint j = 0; j < BLOCK; ++j) {
+                if (LIGHTS) {
+                    add_lights(light[j], n, sums[j]);
+                }
+                if (DETAIL && inner) {
+                    add_detail(slope[j], gradient, sums[j]);
+                }
+                if (TARGET) {
+                    add_target(center[j], target, sums[j]);
+                }
+            }
+        }
         vec4 distance = center - origin;
         sum += distance;
         squares += distance * distance;
@@ -106,6 +133,9 @@ void main() {
         }
         moment_parts[entry] = Moments(count, count > 0 ? origin[j] + mean[j] : 0.0, deviation[j]);
         gradient_parts[entry] = Gradient(surface[j], edge[j]);
+        if (LIGHTS || DETAIL || TARGET) {
+            appearance_parts[entry] = part_of(sums[j]);
+        }
         entry += entries;
     }
 }

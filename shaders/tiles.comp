@@ -9,7 +9,7 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #include "layout.glsl"
-#include "shading.glsl"
+#include "appearance.glsl"
 #include "tile.glsl"
 
 layout(local_size_x_id = 0) in;
@@ -18,6 +18,13 @@ layout(constant_id = 1) const uint LIGHTS = 1;
 layout(constant_id = 2) const uint SUBGROUP = 32; // invocations
 layout(constant_id = 3) const uint SIDE = TILE_SIDE; // of a tile, pixels
 layout(constant_id = 4) const uint BLOCK = TILES_BLOCK; // individuals
+layout(constant_id = 5) const bool COLOR = false; // whether to shade in colour
+layout(constant_id = 6) const bool GLTF = false;
+layout(constant_id = 7) const bool MEASURE_LIGHTS = false; // what is measured besides
+layout(constant_id = 8) const bool DETAIL = false;
+layout(constant_id = 9) const bool TARGET = false;
+
+#include "color.glsl"
 
 const uint FRAME = SIDE + 2; // the same with its border
 const uint AREA = FRAME * FRAME;
@@ -27,41 +34,63 @@ const uint SUBGROUPS = GROUP / SUBGROUP;
 const uint BIN_BITS = HISTOGRAM_BIN_BITS;
 const uint BINS = HISTOGRAM_BINS;
 const uint WORDS = BINS / 2;
+const bool APPEARANCE = MEASURE_LIGHTS || DETAIL || TARGET;
 const uint OWN = SUBGROUP < BINS ? BINS / SUBGROUP : 1; // bins that an invocation counts
 
 layout(set = 1, binding = 0, std430) readonly buffer Tiles { Tile tiles[]; };
 layout(set = 1, binding = 1, std430) writeonly buffer Picture { float picture[]; };
 
-shared vec4 light_places[BLOCK * LIGHTS];
-shared vec2 light_strengths[BLOCK * LIGHTS];
+shared vec4 light_places[COLOR ? 1 : BLOCK * LIGHTS];
+shared vec2 light_strengths[COLOR ? 1 : BLOCK * LIGHTS];
 // One frame is written while the last one is still read.
 shared float frames[2 * AREA];
 shared uint bins[BLOCK * SUBGROUPS * BINS];
 shared vec4 sums[BLOCK * SUBGROUPS]; // distances from the origin, their squares, SURFACE, EDGE
 shared float origins[BLOCK];
+// In colour the irradiances beside the brightnesses; see encoded().
+shared float irradiances[COLOR ? 2 * AREA : 1];
+shared float irradiance_origins[BLOCK];
+// Of the irradiance: distances from the origin, their squares, and the covariances.
+shared vec4 light_sums[APPEARANCE ? BLOCK * SUBGROUPS : 1];
+// Residual, detail, and the numbers of burnt-out and unlit pixels.
+shared vec4 other_sums[APPEARANCE ? BLOCK * SUBGROUPS : 1];
 shared uint counts[SUBGROUPS];
 
 void load_lights(uint first) {
-    for (uint i = gl_LocalInvocationIndex; i < BLOCK * LIGHTS; i += GROUP) {
+    for (uint i = gl_LocalInvocationIndex; i < (COLOR ? 0 : BLOCK * LIGHTS); i += GROUP) {
         Light light = lights[first + i];
         light_places[i] = vec4(light.position, light.radius2);
         light_strengths[i] = vec2(light.diffuse, light.specular);
     }
 }
 
-// Adds a bin of each invocation to the counts of each bin, whose owners see it in five votes: no
-// atomics, and equally fast for every picture.
+// Brightness and irradiance of a pixel in colour; see encoded().
+vec2 shade_color(uint first_light, ivec2 pixel, vec3 p, vec3 n) {
+    vec4 diffuse = texelFetch(color_surface, ivec3(pixel, 0), 0);
+    vec3 specular = texelFetch(color_surface, ivec3(pixel, 1), 0).rgb;
+    ColorReflectance looks = ColorReflectance(diffuse.rgb, specular, diffuse.w, texelFetch(color_surface, ivec3(pixel, 2), 0).rgb);
+    Lit lit = Lit(looks.unlit, 0.0);
+    vec3 v = to_viewer(p);
+    for (uint l = 0; l < LIGHTS; ++l) {
+        add_light(lights[first_light + l], p, n, v, looks, lit);
+    }
+    return encoded(lit);
+}
+
+// Adds a bin of each invocation to the counts of each bin. A bin's owner learns by ballots, one for each
+// bit of the bin's number, how many of the subgroup fell into it: no atomics, and equally fast for every
+// picture.
 void count_bins(bool object, uint bin, inout uint counted[OWN]) {
     uvec4 present = subgroupBallot(object);
-    uvec4 votes[BIN_BITS];
+    uvec4 ballots[BIN_BITS];
     [[unroll]] for (uint k = 0; k < BIN_BITS; ++k) {
-        votes[k] = subgroupBallot((bin >> k & 1) != 0);
+        ballots[k] = subgroupBallot((bin >> k & 1) != 0);
     }
     [[unroll]] for (uint o = 0; o < OWN; ++o) {
         uint own = gl_SubgroupInvocationID + o * SUBGROUP;
         uvec4 same = present;
         [[unroll]] for (uint k = 0; k < BIN_BITS; ++k) {
-            same &= (own >> k & 1) != 0 ? votes[k] : ~votes[k];
+            same &= (own >> k & 1) != 0 ? ballots[k] : ~ballots[k];
         }
         counted[o] += subgroupBallotBitCount(same);
     }
@@ -101,6 +130,9 @@ void write_nothing() {
     if (i < BLOCK) {
         moment_parts[first + i * chunk.entries] = Moments(0, 0.0, 0.0);
         gradient_parts[first + i * chunk.entries] = Gradient(0.0, 0.0);
+        if (APPEARANCE) {
+            appearance_parts[first + i * chunk.entries] = part_of(no_sums());
+        }
     }
 }
 
@@ -129,6 +161,17 @@ void write_parts() {
         float deviation = max(total.y - total.x * mean, 0.0);
         moment_parts[first + i * chunk.entries] = Moments(count, origins[i] + mean, deviation);
         gradient_parts[first + i * chunk.entries] = Gradient(total.z, total.w);
+        if (APPEARANCE) {
+            vec4 light = vec4(0.0);
+            vec4 other = vec4(0.0);
+            for (uint s = 0; s < SUBGROUPS; ++s) {
+                light += light_sums[i * SUBGROUPS + s];
+                other += other_sums[i * SUBGROUPS + s];
+            }
+            appearance_parts[first + i * chunk.entries] = part_of(Sums(MEASURE_LIGHTS ? count : 0,
+                irradiance_origins[i], light.x, light.y, light.zw, uint(other.z), uint(other.w),
+                other.x, other.y));
+        }
     }
 }
 
@@ -174,7 +217,13 @@ void main() {
         [[unroll]] for (uint k = 0; k < SHADED; ++k) {
             uint at = lane + k * GROUP;
             float value = NO_OBJECT;
-            if (objects[k]) {
+            if (COLOR && objects[k]) {
+                ivec2 pixel = corner - 1 + ivec2(at % FRAME, at / FRAME);
+                vec2 color = shade_color(
+                    (first + i) * LIGHTS, pixel, places[k].xyz, facings[k].xyz);
+                value = color.x;
+                irradiances[frame + at] = color.y;
+            } else if (objects[k]) {
                 vec3 p = places[k].xyz;
                 vec3 v = to_viewer(p);
                 vec2 response = vec2(0.0);
@@ -193,6 +242,14 @@ void main() {
         barrier();
         float origin = frames[frame + tile.origin];
         vec4 sum = vec4(0.0);
+        Sums more = no_sums();
+        if (MEASURE_LIGHTS) {
+            // All distances are from one origin, as those of the brightness.
+            float value = irradiances[frame + tile.origin];
+            more.origin = value < 0.0 ? -1.0 - value : value;
+            more.count = 1;
+        }
+        float irradiance_origin = more.origin;
         uint counted[OWN];
         [[unroll]] for (uint o = 0; o < OWN; ++o) {
             counted[o] = 0;
@@ -208,6 +265,18 @@ void main() {
             float steep = slope(at, center);
             sum += vec4(distance, distance * distance, kinds[k] == SURFACE ? steep : 0.0,
                 kinds[k] == EDGE ? min(steep / parameters.edge_contrast, 1.0) : 0.0);
+            if (APPEARANCE && object) {
+                ivec2 place = corner + ivec2(x, y);
+                if (MEASURE_LIGHTS) {
+                    add_lights(irradiances[at], texelFetch(surface_1, place, 0).xy, more);
+                }
+                if (DETAIL && kinds[k] == SURFACE) {
+                    add_detail(steep, texelFetch(color_surface, ivec3(place, 1), 0).w, more);
+                }
+                if (TARGET) {
+                    add_target(center, texelFetch(color_surface, ivec3(place, 2), 0).w, more);
+                }
+            }
             count_bins(object, min(uint(max(center, 0.0) * float(BINS)), BINS - 1), counted);
             if (object && gl_WorkGroupID.y == 0 && i == 0) {
                 picture[(uint(corner.y) + y) * parameters.size.x + uint(corner.x) + x] = center;
@@ -216,9 +285,20 @@ void main() {
         sum = subgroupAdd(sum);
         uint count = subgroupAdd(pixel_count);
         uint at = i * SUBGROUPS + gl_SubgroupID;
+        vec4 light_sum = vec4(0.0);
+        vec4 other_sum = vec4(0.0);
+        if (APPEARANCE) {
+            light_sum = subgroupAdd(vec4(more.sum, more.squares, more.covariance));
+            other_sum = subgroupAdd(
+                vec4(more.residual, more.detail, float(more.burnt), float(more.unlit)));
+        }
         if (subgroupElect()) {
             sums[at] = sum;
             counts[gl_SubgroupID] = count;
+            if (APPEARANCE) {
+                light_sums[at] = light_sum;
+                other_sums[at] = other_sum;
+            }
         }
         [[unroll]] for (uint o = 0; o < OWN; ++o) {
             uint own = gl_SubgroupInvocationID + o * SUBGROUP;
@@ -228,6 +308,7 @@ void main() {
         }
         if (lane == 0) {
             origins[i] = origin;
+            irradiance_origins[i] = irradiance_origin;
         }
     }
     barrier();

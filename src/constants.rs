@@ -49,6 +49,11 @@ constants! {
     SURFACE: u32 = 1;
     /// Pixel type: an object pixel at a jump of depth.
     EDGE: u32 = 2;
+    /// Brightness of a target picture where it tells nothing.
+    NO_TARGET: f32 = -1.0;
+    /// Least perceptual roughness of the BRDF of glTF: below it a highlight would be smaller than any pixel.
+    /// The value is that of three.js.
+    MIN_ROUGHNESS: f32 = 0.0525;
     /// Brightness of a picture where no object is.
     NO_OBJECT: f32 = -1.0;
 

@@ -56,6 +56,12 @@ layout(set = 0, binding = 13) uniform texture2D surface_0;
 layout(set = 0, binding = 14) uniform texture2D surface_1;
 layout(set = 0, binding = 15) uniform texture2D surface_2;
 
+// The same for shading in colour, in layers: diffuse reflectance and lobe; specular reflectance and
+// |grad n| on SURFACE; unlit radiance and target picture. See color.glsl. A single pixel where nothing is
+// in colour.
+layout(set = 0, binding = 25, rgba32f) uniform writeonly image2DArray color_records;
+layout(set = 0, binding = 26) uniform texture2DArray color_surface;
+
 layout(set = 0, binding = 16, std430) buffer ViewStatistics {
     uint surface; // SURFACE pixels
     uint edge; // EDGE pixels
@@ -70,7 +76,8 @@ layout(set = 0, binding = 16, std430) buffer ViewStatistics {
     uint target; // pixels that the target picture tells
 } view_statistics;
 
-// The population's pictures: sRGB-encoded luminance 0..1, NO_OBJECT in the background.
+// The population's pictures: sRGB-encoded luminance 0..1, NO_OBJECT in the background; in colour the
+// irradiance beside it, see encoded() in color.glsl.
 layout(set = 0, binding = 17) uniform texture2DArray pictures;
 
 layout(set = 0, binding = 18, std430) readonly buffer Lights {

@@ -7,7 +7,18 @@
 
 layout(set = 1, binding = 0, std430) buffer DepthRange { uint largest_depth; };
 layout(set = 1, binding = 1, std430) buffer Visible { uint visible[]; };
-layout(set = 1, binding = 2, std430) buffer Partials { float partials[]; };
+// Sums over a strip of the picture.
+struct ShapePart {
+    float gradient; // over SURFACE: |grad n|
+    float weight; // and min(|grad n|, DETAIL_MOST)
+    float x; // over the object: the normals' components
+    float y;
+    float xx; // their products
+    float xy;
+    float yy;
+    float base; // the base colour's luminance
+};
+layout(set = 1, binding = 2, std430) buffer Partials { ShapePart partials[]; };
 
 // A work group's invocations stand side by side; each takes a strip of so many pixels downwards.
 layout(constant_id = 2) const uint STRIP = MAP_STRIP;

@@ -9,7 +9,7 @@
 const uint BLOCK = RUNS_BLOCK;
 
 layout(set = 1, binding = 0, std430) buffer RowCounts { uint row_counts[]; };
-layout(set = 1, binding = 1, std430) writeonly buffer PixelPlaces {
+layout(set = 1, binding = 1, std430) buffer PixelPlaces {
     uint places[]; // y * width + x
 };
 
@@ -29,10 +29,17 @@ layout(set = 1, binding = 7) uniform utextureBuffer taps;
 layout(set = 1, binding = 8) uniform textureBuffer positions;
 layout(set = 1, binding = 9) uniform textureBuffer normals;
 layout(set = 1, binding = 10) uniform textureBuffer looks;
-// Under the individuals of each block of a chunk, all pixels of one block after those of another.
+// Under the individuals of each block of a chunk, all pixels of one block after those of another. In
+// colour the irradiances of a block follow its brightnesses; see encoded() in color.glsl.
 layout(set = 1, binding = 11) uniform textureBuffer brightness;
 
 layout(set = 1, binding = 12, std140) uniform LightWindow { Light window[LIGHT_WINDOW]; };
+
+// Where an object pixel is in the picture.
+ivec2 pixel_of(uint number) {
+    uint place = places[number];
+    return ivec2(place % parameters.size.x, place / parameters.size.x);
+}
 
 // Room for the pixels of a block.
 uint stride() {

@@ -42,6 +42,13 @@ vec2 light_response(vec4 place, vec2 strength, vec3 p, vec3 n, vec3 v, float shi
     return n_l > 0.0 ? response : vec2(0.0);
 }
 
+// Blinn-Phong exponent of a perceptual roughness.
+float shininess(float roughness, float most) {
+    float alpha = roughness * roughness;
+    // At roughness 0 the quotient would not be finite.
+    return clamp(2.0 / max(alpha * alpha, 1e-30) - 2.0, 1.0, most);
+}
+
 struct Reflectance {
     float diffuse; // luminances
     float specular; // with its normalisation
@@ -52,11 +59,9 @@ struct Reflectance {
 // Of glTF metallic-roughness (glTF 2.0 specification, appendix B), as Shading::reflectance of the
 // reference simplifies it.
 Reflectance reflectance(vec3 base, float metallic, float roughness, vec3 emissive, vec3 constants) {
-    float alpha = roughness * roughness;
-    // At roughness 0 the quotient would not be finite.
-    float shininess = clamp(2.0 / max(alpha * alpha, 1e-30) - 2.0, 1.0, constants.z);
-    vec3 specular = mix(vec3(constants.y), base, metallic) * ((shininess + 8.0) / 8.0);
-    return Reflectance(luminance(base * (1.0 - metallic)), luminance(specular), shininess,
+    float s = shininess(roughness, constants.z);
+    vec3 specular = mix(vec3(constants.y), base, metallic) * ((s + 8.0) / 8.0);
+    return Reflectance(luminance(base * (1.0 - metallic)), luminance(specular), s,
         luminance(base * constants.x + emissive));
 }
 

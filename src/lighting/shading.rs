@@ -4,14 +4,11 @@
 
 use super::LightRecord;
 use crate::Result;
+pub use crate::constants::MIN_ROUGHNESS;
 use crate::error::within;
 use crate::math::color::luminance;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-
-/// Least perceptual roughness of [`Brdf::Gltf`]: below it a highlight would be smaller than any pixel. The
-/// value is that of three.js.
-pub const MIN_ROUGHNESS: f32 = 0.0525;
 
 /// How surfaces reflect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
