@@ -247,7 +247,7 @@ impl GpuEvaluator {
     /// Reads the scores of the last recording with [`ScoreTarget::Mapped`], whose commands have run.
     ///
     /// # Errors
-    /// [`Error::Argument`] for more scores than there is room for.
+    /// [`Error::Argument`] for more scores than there is room for, and [`Error::Forgotten`].
     pub fn read_scores(&self, scores: &mut [f32]) -> Result<()> {
         GenerationMemory::read_scores(self.generation.as_ref(), scores)
     }
@@ -323,6 +323,7 @@ impl Evaluator for GpuEvaluator {
     }
 
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
+        self.context.check_present()?;
         if scores.len() != population.len() {
             return Err(Error::Argument(format!(
                 "{} places for the scores of {} rigs",
@@ -347,18 +348,18 @@ impl Evaluator for GpuEvaluator {
             })?;
             self.recorded = Some(plan);
         }
-        generation.lights.write(population.records());
+        generation.lights.write(population.records())?;
         self.commands.run()?;
-        generation.scores.read(scores);
+        generation.scores.read(scores)?;
         generation.timer.read()
     }
 
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
+        let mut scores = vec![0.0; population.len()];
+        self.evaluate(population, &mut scores)?;
         if population.is_empty() {
             return Ok(Vec::new());
         }
-        let mut scores = vec![0.0; population.len()];
-        self.evaluate(population, &mut scores)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
         let details = generation.read_details(&self.context, scores.len())?;
         let quality = |(score, detail): (f32, Detail)| Quality { score, terms: detail.terms() };

@@ -119,6 +119,6 @@ pub fn download<T: Pod>(context: &Arc<Context>, image: &Image) -> Vec<T> {
         Ok(())
     })
     .unwrap();
-    buffer.read(&mut out);
+    buffer.read(&mut out).unwrap();
     out
 }

@@ -219,7 +219,7 @@ impl PictureEvaluator {
     /// Reads the scores of the last recording with [`ScoreTarget::Mapped`], whose commands have run.
     ///
     /// # Errors
-    /// [`Error::Argument`] for more scores than there is room for.
+    /// [`Error::Argument`] for more scores than there is room for, and [`Error::Forgotten`].
     pub fn read_scores(&self, scores: &mut [f32]) -> Result<()> {
         GenerationMemory::read_scores(self.generation.as_ref(), scores)
     }

@@ -171,7 +171,7 @@ impl PictureStage for Pictures {
         let sets = [view.set.raw(), *set, self.made.raw()];
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let [x, y, _] = view.pixel_groups();
-        let device = self.context.device();
+        let device = self.context.recorder();
         // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made for
         // this layout.
         unsafe {

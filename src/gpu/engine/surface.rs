@@ -145,7 +145,7 @@ impl SurfaceStages {
                 // cleared.
                 unsafe {
                     let range = [image.range()];
-                    context.device().cmd_clear_color_image(
+                    context.recorder().cmd_clear_color_image(
                         cmd,
                         image.raw(),
                         layout,
@@ -240,7 +240,7 @@ impl SurfaceStages {
         let [x, y, z] = memory.pixel_groups();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         context.labelled(cmd, "surface", || {
-            let device = context.device();
+            let device = context.recorder();
             // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`.
             unsafe {
                 device.cmd_bind_pipeline(cmd, point, self.stage.raw());

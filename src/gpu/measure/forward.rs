@@ -144,7 +144,7 @@ impl PictureStage for ForwardDraw {
         let clear = [vk::ClearValue { color: background }, vk::ClearValue::default()];
         let (pass, pipeline) = (self.pass, self.pipelines.of(lights));
         pass.begin(cmd, &self.target().framebuffer, &clear, pipeline);
-        let (device, layout) = (self.context.device(), self.layout.raw());
+        let (device, layout) = (self.context.recorder(), self.layout.raw());
         let (point, set) = (vk::PipelineBindPoint::GRAPHICS, [self.lights.raw()]);
         // SAFETY: `cmd` is being recorded on this device, in the pass that has begun; the set is
         // alive and was made for this layout.

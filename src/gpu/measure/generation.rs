@@ -259,23 +259,19 @@ impl GenerationMemory {
         if let ScoreTarget::Buffer { buffer, offset } = target {
             let region = [vk::BufferCopy::default().dst_offset(offset).size(4 * u64::from(count))];
             // SAFETY: the caller's promises for `cmd` and the buffer.
-            unsafe { context.device().cmd_copy_buffer(cmd, self.scores.raw(), buffer, &region) };
+            unsafe { context.recorder().cmd_copy_buffer(cmd, self.scores.raw(), buffer, &region) };
         }
     }
 
     /// Reads the scores of the generation that has run, of as many individuals as there are places.
     ///
     /// # Errors
-    /// [`Error::Argument`] for more than there is room for in `held`.
+    /// [`Error::Argument`] for more than there is room for in `held`, [`Error::Forgotten`].
     pub fn read_scores(held: Option<&Self>, scores: &mut [f32]) -> Result<()> {
         match held.filter(|g| g.scores.size() >= size_of_val(scores) as u64) {
             Some(generation) => generation.scores.read(scores),
-            None => {
-                let fault = format!("no room was made for {} scores", scores.len());
-                return Err(Error::Argument(fault));
-            }
+            None => Err(Error::Argument(format!("no room was made for {} scores", scores.len()))),
         }
-        Ok(())
     }
 
     /// Terms and statistics of the first `count` individuals of the generation that has run.

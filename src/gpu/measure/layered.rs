@@ -120,7 +120,7 @@ impl<S: PictureStage> Measure for Layered<S> {
             Ok(())
         })?;
         let mut picture = vec![0.0; pixels];
-        out.read(&mut picture);
+        out.read(&mut picture)?;
         // The device marks the background by a negative value.
         picture.iter_mut().for_each(|value: &mut f32| *value = value.max(0.0));
         Ok(picture)

@@ -129,7 +129,7 @@ impl Pixels {
         [x, y, z]: [u32; 3],
         (push, window): (&Chunk, u32),
     ) {
-        let device = self.context.device();
+        let device = self.context.recorder();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let sets = [view.set.raw(), self.set.raw()];
         // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`,

@@ -147,7 +147,7 @@ impl PictureStage for StoredDraw {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        let device = self.context.device();
+        let device = self.context.recorder();
         self.pass.begin(cmd, &self.target().framebuffer, &[], self.pipelines.of(lights));
         let (point, layout) = (vk::PipelineBindPoint::GRAPHICS, view.layout.raw());
         // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made

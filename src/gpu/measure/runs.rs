@@ -223,7 +223,7 @@ mod tests {
             let size = (INDIVIDUALS, records.len());
             let mut generation =
                 GenerationMemory::new(&context, &mut memory, &mut runs, size).unwrap();
-            generation.lights.write(&records);
+            generation.lights.write(&records).unwrap();
             Commands::once(&context, |cmd| {
                 let stages = (&memory, &runs as &dyn Measure, &fitness);
                 generation.record(cmd, &context, stages, (INDIVIDUALS, LIGHTS), false);
@@ -231,7 +231,7 @@ mod tests {
             })
             .unwrap();
             let mut scores = vec![0.0f32; INDIVIDUALS as usize];
-            generation.scores.read(&mut scores);
+            generation.scores.read(&mut scores).unwrap();
             scores
         };
         // The most that Vulkan lets a device ask for, and a block's lights.

@@ -123,7 +123,7 @@ impl Measure for Tiles {
 
     fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
         let Some(list_stage) = &self.list_stage else { return };
-        let device = self.context.device();
+        let device = self.context.recorder();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let sets = [view.set.raw(), self.set.raw()];
         let [columns, rows] = view.size.map(|side| side.div_ceil(SIDE));
@@ -149,7 +149,7 @@ impl Measure for Tiles {
         lights: usize,
     ) {
         let stage = self.stages.of(lights);
-        let device = self.context.device();
+        let device = self.context.recorder();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let sets = [view.set.raw(), self.set.raw()];
         timer.stage(cmd, "tiles", || {
@@ -178,7 +178,7 @@ fn picture(context: &Arc<Context>, view: &ViewMemory) -> Result<Buffer> {
     let picture = Buffer::new(context, "picture", size, usage, Access::Device)?;
     Commands::once(context, |cmd| {
         // SAFETY: the buffer, of whole words, is alive and may be filled.
-        unsafe { context.device().cmd_fill_buffer(cmd, picture.raw(), 0, vk::WHOLE_SIZE, 0) };
+        unsafe { context.recorder().cmd_fill_buffer(cmd, picture.raw(), 0, vk::WHOLE_SIZE, 0) };
         Ok(())
     })?;
     Ok(picture)
@@ -195,7 +195,7 @@ fn types(context: &Arc<Context>, view: &ViewMemory) -> Result<Vec<u32>> {
         context.barrier(cmd, COPY_WRITE, HOST_READ);
         Ok(())
     })?;
-    out.read(&mut types);
+    out.read(&mut types)?;
     Ok(types)
 }
 

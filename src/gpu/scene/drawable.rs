@@ -80,7 +80,7 @@ impl Drawable {
         layout: PipelineLayout,
         (first_light, individuals): (u32, Option<u32>),
     ) {
-        let (device, layout) = (self.context.device(), layout.raw());
+        let (device, layout) = (self.context.recorder(), layout.raw());
         let graphics = vk::PipelineBindPoint::GRAPHICS;
         // SAFETY: `cmd` is being recorded on this device; everything bound belongs to `self`, and
         // the layout came from it.

@@ -158,7 +158,7 @@ impl Reader {
             Ok(())
         })?;
         let mut out = vec![T::zeroed(); self.pixels];
-        self.buffer.read(&mut out);
+        self.buffer.read(&mut out)?;
         Ok(out)
     }
 

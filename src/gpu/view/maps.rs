@@ -93,7 +93,7 @@ impl MapStages {
     /// Records the stages. The G-buffer must be visible to compute shaders; what they leave is too,
     /// and to copies.
     pub fn record(&self, cmd: vk::CommandBuffer, view: &ViewMemory, timer: &mut StageTimer) {
-        let device = self.context.device();
+        let device = self.context.recorder();
         for buffer in [&self.depth_range, &self.visible, &view.statistics] {
             // SAFETY: `cmd` is being recorded, and the buffers, of whole words, are alive.
             unsafe { device.cmd_fill_buffer(cmd, buffer.raw(), 0, vk::WHOLE_SIZE, 0) };

@@ -202,7 +202,7 @@ impl ViewMemory {
             // SAFETY: both buffers are alive and hold the statistics.
             unsafe {
                 let (from, to) = (statistics.raw(), memory.statistics.raw());
-                context.device().cmd_copy_buffer(cmd, from, to, &region);
+                context.recorder().cmd_copy_buffer(cmd, from, to, &region);
             }
             Ok(())
         })?;
@@ -225,7 +225,7 @@ impl ViewMemory {
         groups: [u32; 3],
         push: &Chunk,
     ) {
-        let device = self.context.device();
+        let device = self.context.recorder();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`.
         unsafe {

@@ -27,14 +27,13 @@ impl Commands {
     /// # Errors
     /// [`crate::Error::Vulkan`].
     pub fn new(context: &Arc<Context>) -> Result<Self> {
-        context.check_present()?;
+        let device = context.device()?;
         let mut commands = Self {
             pool: vk::CommandPool::null(),
             fence: vk::Fence::null(),
             raw: vk::CommandBuffer::null(),
             context: Arc::clone(context),
         };
-        let device = context.device();
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family());
         // SAFETY: the device is alive; every info is complete; a half-made `commands` is dropped
         // on failure.
@@ -58,7 +57,7 @@ impl Commands {
     /// # Errors
     /// [`crate::Error::Vulkan`], and what `body` returns.
     pub fn record(&mut self, body: impl FnOnce(vk::CommandBuffer) -> Result<()>) -> Result<()> {
-        let device = self.context.device();
+        let device = self.context.device()?;
         // SAFETY: `run` waits for the end, so the command buffer is not in use.
         unsafe {
             device
@@ -78,10 +77,9 @@ impl Commands {
     /// # Errors
     /// [`crate::Error::Vulkan`], a lost device among them.
     pub fn run(&mut self) -> Result<()> {
-        let device = self.context.device();
+        let device = self.context.device()?;
         let buffers = [self.raw];
         let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
-        self.context.check_present()?;
         // SAFETY: the fence is alive, and no work that would signal it is under way.
         unsafe { device.reset_fences(&[self.fence]) }.call("vkResetFences")?;
         self.context.submit(&submit, self.fence)?;
@@ -91,7 +89,7 @@ impl Commands {
     /// Waits for the fence: looks at it again and again for a while, as waking a thread takes longer
     /// than many a generation.
     fn wait(&self) -> Result<()> {
-        let device = self.context.device();
+        let device = self.context.device()?;
         let start = Instant::now();
         while start.elapsed() < SPIN {
             // SAFETY: the fence is alive.
@@ -122,7 +120,7 @@ impl Drop for Commands {
     fn drop(&mut self) {
         // SAFETY: `run` has waited for the work, unless the device is lost; null handles are
         // allowed.
-        self.context.destroy(|device| unsafe {
+        self.context.unless_gone(|device| unsafe {
             device.destroy_fence(self.fence, None);
             device.destroy_command_pool(self.pool, None);
         });
@@ -186,7 +184,7 @@ impl Context {
         for (i, piece) in bytes.chunks(UPDATE_BYTES).enumerate() {
             let offset = (i * UPDATE_BYTES) as u64;
             // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds the data.
-            unsafe { self.device().cmd_update_buffer(cmd, to.raw(), offset, piece) };
+            unsafe { self.recorder().cmd_update_buffer(cmd, to.raw(), offset, piece) };
         }
         self.barrier(cmd, COPY_WRITE, self.earlier());
     }
@@ -198,7 +196,7 @@ impl Context {
         let flags = vk::DependencyFlags::empty();
         // SAFETY: `cmd` is being recorded on this device.
         unsafe {
-            self.device().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &memory, &[], &[]);
+            self.recorder().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &memory, &[], &[]);
         }
     }
 
@@ -223,7 +221,7 @@ impl Context {
         let flags = vk::DependencyFlags::empty();
         // SAFETY: `cmd` is being recorded on this device, and the image is alive.
         unsafe {
-            self.device().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &[], &[], &barrier);
+            self.recorder().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &[], &[], &barrier);
         }
     }
 
@@ -232,7 +230,7 @@ impl Context {
         let layout = vk::ImageLayout::GENERAL;
         // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds a whole layer.
         unsafe {
-            self.device().cmd_copy_buffer_to_image(
+            self.recorder().cmd_copy_buffer_to_image(
                 cmd,
                 from.raw(),
                 to.raw(),
@@ -252,7 +250,7 @@ impl Context {
         let region = [whole_layer(from, layer)];
         // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds a whole layer.
         unsafe {
-            self.device().cmd_copy_image_to_buffer(cmd, from.raw(), layout, to.raw(), &region);
+            self.recorder().cmd_copy_image_to_buffer(cmd, from.raw(), layout, to.raw(), &region);
         }
     }
 
@@ -320,7 +318,7 @@ impl StageTimer {
                 .query_type(vk::QueryType::TIMESTAMP)
                 .query_count(2 * capacity);
             // SAFETY: the device is alive; `info` is complete.
-            timer.pool = unsafe { context.device().create_query_pool(&info, None) }
+            timer.pool = unsafe { context.device()?.create_query_pool(&info, None) }
                 .call("vkCreateQueryPool")?;
         }
         Ok(timer)
@@ -332,7 +330,7 @@ impl StageTimer {
         if self.pool != vk::QueryPool::null() {
             // SAFETY: `cmd` is being recorded on the pool's device.
             unsafe {
-                self.context.device().cmd_reset_query_pool(cmd, self.pool, 0, 2 * self.capacity);
+                self.context.recorder().cmd_reset_query_pool(cmd, self.pool, 0, 2 * self.capacity);
             }
         }
     }
@@ -345,7 +343,7 @@ impl StageTimer {
             if timed {
                 // SAFETY: `cmd` is being recorded, and the query was reset in it.
                 unsafe {
-                    self.context.device().cmd_write_timestamp(cmd, stage, self.pool, query);
+                    self.context.recorder().cmd_write_timestamp(cmd, stage, self.pool, query);
                 }
             }
         };
@@ -369,7 +367,7 @@ impl StageTimer {
         if self.stems.is_empty() {
             return Ok(());
         }
-        let (device, flags) = (self.context.device(), vk::QueryResultFlags::TYPE_64);
+        let (device, flags) = (self.context.device()?, vk::QueryResultFlags::TYPE_64);
         let ticks = self.ticks.as_flattened_mut();
         // SAFETY: the pool holds two 64-bit queries for each stem.
         unsafe { device.get_query_pool_results(self.pool, 0, ticks, flags) }
@@ -395,7 +393,7 @@ impl StageTimer {
 impl Drop for StageTimer {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work before they drop the timer; null is allowed.
-        self.context.destroy(|device| unsafe { device.destroy_query_pool(self.pool, None) });
+        self.context.unless_gone(|device| unsafe { device.destroy_query_pool(self.pool, None) });
     }
 }
 
@@ -412,7 +410,7 @@ mod tests {
         Commands::once(context, |cmd| {
             for value in 0..2 {
                 // SAFETY: the buffer is alive and may be filled.
-                unsafe { context.device().cmd_fill_buffer(cmd, buffer.raw(), 0, 64, value) };
+                unsafe { context.recorder().cmd_fill_buffer(cmd, buffer.raw(), 0, 64, value) };
                 if barrier {
                     context.barrier(cmd, COPY_WRITE, COPY_WRITE);
                 }

@@ -82,7 +82,7 @@ pub struct Context {
     pipeline: Option<PipelineKind>,
     shape: ComputeShape,
     forgotten: AtomicBool,
-    owner: Owner,
+    owner: ManuallyDrop<Owner>,
 }
 
 /// What a context is made of besides its device and instance.
@@ -210,13 +210,17 @@ impl Context {
             pipeline: tuning.pipeline,
             shape,
             forgotten: AtomicBool::new(false),
-            owner,
+            owner: ManuallyDrop::new(owner),
         }))
     }
 
     /// Says that the device is gone, or soon will be, before all that klieg made on it: from now on klieg
-    /// makes no Vulkan call. What it had made on the device is leaked there; everything but dropping
-    /// fails with [`Error::Forgotten`].
+    /// makes no Vulkan call and touches no mapped memory. What it had made on the device is leaked there,
+    /// and so is a device of klieg's own; whatever would reach the device fails with
+    /// [`Error::Forgotten`].
+    ///
+    /// The device may go once this and every other call on the context and on what was made on it have
+    /// returned.
     pub fn forget_device(&self) {
         self.forgotten.store(true, Ordering::Release);
     }
@@ -230,10 +234,11 @@ impl Context {
         }
     }
 
-    /// Destroys objects of the device, unless it is gone.
-    pub(in crate::gpu) fn destroy(&self, body: impl FnOnce(&ash::Device)) {
-        if self.check_present().is_ok() {
-            body(self.device());
+    /// Calls functions of the device that cannot fail, unless it is gone: they destroy objects or write
+    /// descriptors.
+    pub(in crate::gpu) fn unless_gone(&self, body: impl FnOnce(&ash::Device)) {
+        if let Ok(device) = self.device() {
+            body(device);
         }
     }
 
@@ -262,7 +267,7 @@ impl Context {
     /// What the validation layer has reported so far; always empty without it, and on an engine's
     /// device, whose instance hears it.
     pub fn validation_messages(&self) -> Vec<String> {
-        match &self.owner {
+        match &*self.owner {
             Owner::Owned { instance, .. } => instance.messages.list(),
             Owner::Borrowed { .. } => Vec::new(),
         }
@@ -279,13 +284,26 @@ impl Context {
     }
 
     /// Bytes of device memory that are taken at the moment, what the allocator keeps for later
-    /// included.
+    /// included; 0 after [`Context::forget_device`].
     pub fn memory_taken(&self) -> u64 {
+        if self.check_present().is_err() {
+            return 0;
+        }
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner).capacity()
     }
 
-    /// The device's functions.
-    pub(crate) fn device(&self) -> &ash::Device {
+    /// The device's functions: the one way to make, write, submit or read anything.
+    ///
+    /// # Errors
+    /// [`Error::Forgotten`] after [`Context::forget_device`].
+    pub(in crate::gpu) fn device(&self) -> Result<&ash::Device> {
+        self.check_present()?;
+        Ok(self.owner.device())
+    }
+
+    /// The functions `vkCmd…`. Whoever began the command buffer that they record into has found the device
+    /// present.
+    pub(in crate::gpu) fn recorder(&self) -> &ash::Device {
         self.owner.device()
     }
 
@@ -325,6 +343,7 @@ impl Context {
         format: vk::Format,
         usage: vk::ImageUsageFlags,
     ) -> Result<vk::ImageFormatProperties> {
+        self.check_present()?;
         // SAFETY: `physical` is a device of the living instance.
         unsafe {
             self.owner.instance().get_physical_device_image_format_properties(
@@ -345,11 +364,12 @@ impl Context {
         submits: &[vk::SubmitInfo<'_>],
         fence: vk::Fence,
     ) -> Result<()> {
+        let device = self.device()?;
         let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
         let _engine = self.queue_lock.as_deref().map(Held::new);
         // SAFETY: the queue is locked, against the engine too; the caller's commands are recorded and
         // its fence is unsignalled.
-        unsafe { self.device().queue_submit(*queue, submits, fence) }.call("vkQueueSubmit")
+        unsafe { device.queue_submit(*queue, submits, fence) }.call("vkQueueSubmit")
     }
 
     /// Layouts, render passes and pipelines, for all who work on the device.
@@ -364,7 +384,11 @@ impl Context {
 
     /// Names an object for debuggers and validation messages.
     pub(in crate::gpu) fn name<T: vk::Handle>(&self, object: T, name: &str) {
-        let (Some(debug), Ok(name)) = (&self.debug, std::ffi::CString::new(name)) else { return };
+        let (Some(debug), Ok(_), Ok(name)) =
+            (&self.debug, self.check_present(), std::ffi::CString::new(name))
+        else {
+            return;
+        };
         let info =
             vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
         // SAFETY: `object` is alive and belongs to this device. A name that cannot be kept is lost
@@ -373,6 +397,7 @@ impl Context {
     }
 
     pub(in crate::gpu) fn allocate(&self, request: &MemoryRequest<'_>) -> Result<DeviceMemory> {
+        self.check_present()?;
         self.counters.allocations.fetch_add(1, Ordering::Relaxed);
         let mut allocator = self.allocator.lock().unwrap_or_else(PoisonError::into_inner);
         allocator
@@ -402,11 +427,15 @@ impl Context {
 impl Drop for Context {
     fn drop(&mut self) {
         // SAFETY: whoever used the pipelines held the context, waited for his work, and is gone.
-        self.destroy(|device| unsafe { self.cache.destroy(device) });
-        // An allocator of a device that is gone must not free its memory there.
+        self.unless_gone(|device| unsafe { self.cache.destroy(device) });
+        // An allocator of a device that is gone must not free its memory there, and a device on which
+        // objects were left must not be destroyed.
         if self.check_present().is_ok() {
-            // SAFETY: dropped once, here, as its memory must be given back before the device goes.
-            unsafe { ManuallyDrop::drop(&mut self.allocator) };
+            // SAFETY: each is dropped once, here; the memory is given back before the device goes.
+            unsafe {
+                ManuallyDrop::drop(&mut self.allocator);
+                ManuallyDrop::drop(&mut self.owner);
+            }
         }
     }
 }

@@ -103,7 +103,7 @@ impl<'a> Uploader<'a> {
     }
 
     fn flush(&mut self) -> Result<()> {
-        self.staging.write(&self.bytes);
+        self.staging.write(&self.bytes)?;
         let (context, from) = (&self.context, self.staging.raw());
         Commands::once(context, |cmd| {
             for copy in &self.copies {
@@ -112,9 +112,9 @@ impl<'a> Uploader<'a> {
                 unsafe {
                     match *copy {
                         Copy::Buffer(to, region) => {
-                            context.device().cmd_copy_buffer(cmd, from, to.raw(), &[region]);
+                            context.recorder().cmd_copy_buffer(cmd, from, to.raw(), &[region]);
                         }
-                        Copy::Image(to, region) => context.device().cmd_copy_buffer_to_image(
+                        Copy::Image(to, region) => context.recorder().cmd_copy_buffer_to_image(
                             cmd,
                             from,
                             to.raw(),
@@ -144,6 +144,7 @@ impl<'a> Uploader<'a> {
 pub fn read_buffer<T: Pod>(context: &Arc<Context>, from: &Buffer, count: usize) -> Result<Vec<T>> {
     let mut out = vec![T::zeroed(); count];
     let (size, usage) = (size_of_val(&out[..]) as u64, vk::BufferUsageFlags::TRANSFER_DST);
+    context.check_present()?;
     if size == 0 {
         return Ok(out);
     }
@@ -151,10 +152,10 @@ pub fn read_buffer<T: Pod>(context: &Arc<Context>, from: &Buffer, count: usize) 
     Commands::once(context, |cmd| {
         let region = [vk::BufferCopy::default().size(size)];
         // SAFETY: both buffers are alive and hold so many bytes.
-        unsafe { context.device().cmd_copy_buffer(cmd, from.raw(), to.raw(), &region) };
+        unsafe { context.recorder().cmd_copy_buffer(cmd, from.raw(), to.raw(), &region) };
         context.barrier(cmd, COPY_WRITE, HOST_READ);
         Ok(())
     })?;
-    to.read(&mut out);
+    to.read(&mut out)?;
     Ok(out)
 }
