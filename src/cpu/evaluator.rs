@@ -56,11 +56,16 @@ struct Part {
 
 impl CpuEvaluator {
     /// An evaluator of the view that `maps` describes.
-    pub fn new(maps: Maps, view: &View, objective: Objective, shading: Shading) -> Self {
+    ///
+    /// # Errors
+    /// As [`Maps::check`] and [`View::check`].
+    pub fn new(maps: Maps, view: &View, objective: Objective, shading: Shading) -> Result<Self> {
+        maps.check()?;
+        view.check()?;
         let pixels = Pixels::new(&maps, view, &shading);
         let bands = pixels.bands(&maps);
         let (parts, rooms) = Default::default();
-        Self { maps, objective, pixels, bands, parts, rooms, device: device() }
+        Ok(Self { maps, objective, pixels, bands, parts, rooms, device: device() })
     }
 
     /// Tiles of a picture of any band.

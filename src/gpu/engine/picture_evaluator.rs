@@ -53,7 +53,7 @@ use std::sync::Arc;
 /// ```
 pub struct PictureEvaluator {
     generation: Option<GenerationMemory>,
-    commands: Commands,
+    commands: Vec<Commands>,
     fitness: Fitness,
     measure: Layered<Pictures>,
     stages: SurfaceStages,
@@ -76,7 +76,7 @@ impl PictureEvaluator {
         let measure = Layered::new(context, &memory, Pictures::new(context, &memory)?)?;
         Ok(Self {
             generation: None,
-            commands: Commands::new(context)?,
+            commands: Vec::new(),
             fitness: Fitness::new(context, &memory, &measure)?,
             measure,
             stages,
@@ -200,7 +200,7 @@ impl PictureEvaluator {
     ) -> Result<()> {
         let context = &self.context;
         context.check_present()?;
-        pictures.check(context, first_layer, count)?;
+        pictures.check((context, self.memory.size), (first_layer, count))?;
         if count == 0 {
             return Ok(());
         }
@@ -210,7 +210,7 @@ impl PictureEvaluator {
         self.measure.stage.read(pictures, first_layer);
         context.follow_earlier(cmd);
         let stages = (&self.memory, &self.measure as &dyn Measure, &self.fitness);
-        generation.record(cmd, context, stages, (count, 0), false);
+        generation.record(cmd, context, stages, (count, 0));
         // SAFETY: the caller's promises for the buffer.
         unsafe { generation.deliver(cmd, context, count, target) };
         Ok(())
@@ -307,18 +307,15 @@ impl PictureEvaluator {
 
     /// Evaluates some layers and waits for the end.
     fn run(&mut self, pictures: &ImportedPictures, first_layer: u32, count: u32) -> Result<()> {
-        pictures.check(&self.context, first_layer, count)?;
+        pictures.check((&self.context, self.memory.size), (first_layer, count))?;
         self.reserve(count)?;
         if count == 0 {
             return Ok(());
         }
         self.measure.stage.read(pictures, first_layer);
         let generation = self.generation.as_mut().expect("made by `reserve`");
-        self.commands.record(|cmd| {
-            let stages = (&self.memory, &self.measure as &dyn Measure, &self.fitness);
-            generation.record(cmd, &self.context, stages, (count, 0), false);
-            Ok(())
-        })?;
-        self.commands.run()
+        let stages = (&self.memory, &self.measure as &dyn Measure, &self.fitness);
+        generation.record_submissions(&mut self.commands, &self.context, stages, (count, 0))?;
+        self.commands.iter_mut().try_for_each(Commands::run)
     }
 }

@@ -6,20 +6,26 @@ use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, Detail, GradientPart, MomentPart, binding};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
-use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, HOST_READ, StageTimer};
+use crate::gpu::vulkan::commands::{
+    COMPUTE_READ, COMPUTE_WRITE, COPY_READ, Commands, HOST_READ, StageTimer,
+};
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::Pipeline;
 use crate::gpu::vulkan::staging;
-use crate::lighting::LightRecord;
+use crate::lighting::{LightRecord, MAX_LIGHTS};
 use crate::objective::HISTOGRAM_BINS;
 use crate::{Error, Result};
 use ash::vk;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Invocations of a work group of `fitness`.
 const FITNESS_GROUP: u32 = 128;
 /// Stages of a chunk, at most.
 const STAGES: u32 = 5;
+/// Most work of one submission: pixels of all pictures, times the lights of a rig. Slow GPUs take about a
+/// second for it; drivers take a submission of several for a hang, and reset the device.
+const SUBMISSION_WORK: u64 = 1 << 30;
 
 /// Where a recorded evaluation leaves its scores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,6 +112,9 @@ impl Fitness {
     }
 }
 
+/// What a generation's stages are recorded from.
+pub type Stages<'a> = (&'a ViewMemory, &'a dyn Measure, &'a Fitness);
+
 /// The device memory of a generation; it only ever grows.
 pub struct GenerationMemory {
     /// The lights of all individuals; the host writes.
@@ -123,6 +132,12 @@ pub struct GenerationMemory {
     individuals: u32,
     records: usize,
     entries: [u32; 2],
+    /// Pixels of a picture.
+    pixels: u64,
+    /// Individuals that are measured together.
+    block: u32,
+    /// Most work of one submission: [`SUBMISSION_WORK`], or less in tests.
+    pub submission_work: u64,
     _parts: [Buffer; 3],
 }
 
@@ -139,16 +154,6 @@ impl GenerationMemory {
         (individuals, records): (u32, usize),
     ) -> Result<Self> {
         let entries = measure.entries();
-        let chunk =
-            chunk(context, view.size, measure)?.min(individuals.next_multiple_of(measure.block()));
-        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let device = |name, bytes| Buffer::new(context, name, bytes, storage, Access::Device);
-        let [histogram, moments, gradient] = part_bytes(measure).map(|b| b * u64::from(chunk));
-        let parts = [
-            device("histogram parts", histogram)?,
-            device("moment parts", moments)?,
-            device("gradient parts", gradient)?,
-        ];
         let lights = (records * size_of::<LightRecord>()) as u64 + LIGHT_MARGIN;
         let details = u64::from(individuals) * size_of::<Detail>() as u64;
         let largest = u64::from(context.limits().max_storage_buffer_range);
@@ -157,6 +162,19 @@ impl GenerationMemory {
                 "{individuals} individuals are more than the device's buffers can hold"
             )));
         }
+        let (largest, block) = (chunk(context, view.size, measure)?, measure.block());
+        let chunk = individuals.checked_next_multiple_of(block).map_or(largest, |n| n.min(largest));
+        let pixels = view.size.map(u64::from).iter().product();
+        let least = submission_size(SUBMISSION_WORK, pixels, MAX_LIGHTS, block);
+        let most_chunks = individuals.div_ceil(chunk) + individuals.div_ceil(least);
+        let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let device = |name, bytes| Buffer::new(context, name, bytes, storage, Access::Device);
+        let [histogram, moments, gradient] = part_bytes(measure).map(|b| b * u64::from(chunk));
+        let parts = [
+            device("histogram parts", histogram)?,
+            device("moment parts", moments)?,
+            device("gradient parts", gradient)?,
+        ];
         let lights_usage =
             storage | vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
         let details_usage = storage | vk::BufferUsageFlags::TRANSFER_SRC;
@@ -165,12 +183,15 @@ impl GenerationMemory {
             lights: Buffer::new(context, "lights", lights, lights_usage, Access::Upload)?,
             scores: Buffer::new(context, "scores", scores, details_usage, Access::Readback)?,
             details: Buffer::new(context, "details", details, details_usage, Access::Device)?,
-            timer: StageTimer::new(context, STAGES * individuals.div_ceil(chunk))?,
+            timer: StageTimer::new(context, STAGES * most_chunks)?,
             untimed: StageTimer::new(context, 0)?,
             chunk,
             individuals,
             records,
             entries,
+            pixels,
+            block,
+            submission_work: SUBMISSION_WORK,
             _parts: parts,
         };
         measure.allocate(view, chunk, &memory.lights)?;
@@ -215,25 +236,70 @@ impl GenerationMemory {
         individuals <= self.individuals && records <= self.records
     }
 
-    /// Records a generation of `individuals` rigs of `lights` lights, which klieg submits itself and
-    /// times, or which an engine submits.
+    /// Records a generation of `individuals` rigs of `lights` lights into an engine's commands.
     pub fn record(
         &mut self,
         cmd: vk::CommandBuffer,
         context: &Context,
-        (view, measure, fitness): (&ViewMemory, &dyn Measure, &Fitness),
+        stages: Stages<'_>,
         (individuals, lights): (u32, usize),
+    ) {
+        self.record_part(cmd, context, stages, (0..individuals, lights), false);
+    }
+
+    /// Records a generation of `individuals` rigs of `lights` lights into klieg's own commands, with its
+    /// times: into one for each submission, which are then to be run in order.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn record_submissions(
+        &mut self,
+        commands: &mut Vec<Commands>,
+        context: &Arc<Context>,
+        stages: Stages<'_>,
+        (individuals, lights): (u32, usize),
+    ) -> Result<()> {
+        let parts = self.submissions(individuals, lights);
+        commands.truncate(parts.len());
+        for (i, part) in parts.into_iter().enumerate() {
+            if commands.len() == i {
+                commands.push(Commands::new(context)?);
+            }
+            commands[i].record(|cmd| {
+                if part.start == 0 {
+                    self.timer.reset(cmd);
+                }
+                self.record_part(cmd, context, stages, (part, lights), true);
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The individuals of each submission.
+    fn submissions(&self, individuals: u32, lights: usize) -> Vec<Range<u32>> {
+        let step = submission_size(self.submission_work, self.pixels, lights, self.block);
+        let part = |first: u32| first..first.saturating_add(step).min(individuals);
+        (0..individuals).step_by(step as usize).map(part).collect()
+    }
+
+    /// Records some individuals, chunk by chunk.
+    fn record_part(
+        &mut self,
+        cmd: vk::CommandBuffer,
+        context: &Context,
+        (view, measure, fitness): Stages<'_>,
+        (part, lights): (Range<u32>, usize),
         timed: bool,
     ) {
         let timer = if timed { &mut self.timer } else { &mut self.untimed };
-        timer.reset(cmd);
         let [histogram_entries, entries] = self.entries;
-        for first in (0..individuals).step_by(self.chunk as usize) {
-            if first > 0 {
+        for first in part.clone().step_by(self.chunk as usize) {
+            if first > part.start {
                 // The last chunk's `fitness` has read what this one's stages write.
                 context.barrier(cmd, COMPUTE_READ, COMPUTE_WRITE);
             }
-            let count = self.chunk.min(individuals - first);
+            let count = self.chunk.min(part.end - first);
             let chunk = Chunk { first, histogram_entries, entries, ..Chunk::default() };
             measure.record(cmd, view, timer, (&chunk, count), lights);
             context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
@@ -283,6 +349,13 @@ impl GenerationMemory {
     }
 }
 
+/// Individuals of a submission: whole blocks that make no more than `most_work`, or one.
+fn submission_size(most_work: u64, pixels: u64, lights: usize, block: u32) -> u32 {
+    let each = pixels * lights.max(1) as u64;
+    let most = u32::try_from(most_work / each).unwrap_or(u32::MAX);
+    (most - most % block).max(block)
+}
+
 /// Bytes of the partial histograms, moments and gradients of one picture.
 pub fn part_bytes(measure: &dyn Measure) -> [u64; 3] {
     let [histograms, others] = measure.entries().map(u64::from);
@@ -313,5 +386,24 @@ fn chunk(context: &Context, size: [u32; 2], measure: &dyn Measure) -> Result<u32
             size[0], size[1]
         ))),
         whole => Ok(whole),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn submissions_are_bounded_in_whole_blocks() {
+        let size = |pixels, lights, block| submission_size(SUBMISSION_WORK, pixels, lights, block);
+        // 30 rigs of 16 lights at 1920x1080, and of 2 at 3840x2160, go at once.
+        assert!(size(1920 * 1080, 16, 4) >= 30);
+        assert!(size(3840 * 2160, 2, 4) >= 30);
+        assert_eq!(size(1 << 20, 2, 4), 512);
+        assert_eq!(size((1 << 20) + 1, 2, 4), 508);
+        assert_eq!(size(1 << 20, 0, 1), 1024, "pictures that come without lights");
+        assert_eq!(size(1 << 26, 16, 4), 4, "a block is never divided");
+        assert_eq!(size(1, 1, 4), 1 << 30);
+        assert_eq!(submission_size(u64::MAX, 1, 1, 4), u32::MAX - 3);
     }
 }

@@ -185,6 +185,7 @@ mod tests {
             for at in (0..maps.types.len()).step_by(5) {
                 let object = maps.types[at] != PixelType::Background;
                 maps.types[at] = if object { PixelType::Background } else { PixelType::Edge };
+                maps.surface.code[at] = u32::from(!object);
             }
             let count = |kind| maps.types.iter().filter(|&&k| k == kind).count() as u32;
             maps.counts.surface = count(PixelType::Surface);

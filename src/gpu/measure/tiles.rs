@@ -7,7 +7,7 @@ use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, Tile};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
-use crate::gpu::vulkan::choice::TILES_GROUP;
+use crate::gpu::vulkan::choice::{Subgroups, TILES_GROUP};
 use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
 };
@@ -28,6 +28,7 @@ pub struct Tiles {
     /// Where the views change.
     list_stage: Option<Pipeline>,
     count: u32,
+    subgroups: Subgroups,
     picture: Buffer,
     layout: PipelineLayout,
     set: DescriptorSet,
@@ -63,6 +64,8 @@ impl Tiles {
     }
 
     fn of(context: &Arc<Context>, view: &ViewMemory, list: Buffer, count: u32) -> Result<Self> {
+        let subgroups =
+            context.tiles().ok_or_else(|| context.unsupported("pipeline tiles".into()))?;
         let picture = picture(context, view)?;
         let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
         let bindings = [(0, kind.0, kind.1), (1, kind.0, kind.1)];
@@ -75,6 +78,7 @@ impl Tiles {
             stages: ByLights::default(),
             list_stage: None,
             count,
+            subgroups,
             picture,
             layout,
             set,
@@ -106,11 +110,13 @@ impl Measure for Tiles {
     }
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
-        let subgroup = self.context.report().subgroup_size;
-        let constants = [TILES_GROUP, lights as u32, subgroup, SIDE, BLOCK];
-        let (spirv, layout) = (shaders::TILES_COMP, &self.layout);
-        let make = || Pipeline::compute(&self.context, "tiles", spirv, layout, &constants);
-        self.stages.prepare(lights, make)
+        let (context, spirv, layout) = (&self.context, shaders::TILES_COMP, &self.layout);
+        let Subgroups { size, required } = self.subgroups;
+        let constants = [TILES_GROUP, lights as u32, size, SIDE, BLOCK];
+        let required = required.then_some(size);
+        self.stages.prepare(lights, || {
+            Pipeline::compute_in_subgroups(context, "tiles", spirv, layout, &constants, required)
+        })
     }
 
     fn prepared(&self, lights: usize) -> bool {
@@ -219,6 +225,9 @@ fn tiles(types: &[u32], [width, height]: [u32; 2]) -> Vec<Tile> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::testing;
+    use crate::lighting::shading::Shading;
+    use crate::objective::Objective;
 
     #[test]
     fn only_tiles_with_an_object_pixel_are_listed() {
@@ -232,5 +241,27 @@ mod tests {
         ];
         assert_eq!(tiles(&types, [70, 40]), expected);
         assert_eq!(tiles(&[0; 12], [4, 3]), []);
+    }
+
+    #[test]
+    fn required_subgroups_give_the_same_bits() {
+        const INDIVIDUALS: u32 = 6;
+        let (maps, view) = testing::maps(70, 41);
+        let lights = testing::lights(INDIVIDUALS as usize * 2);
+        let scores = |required: bool| {
+            let context = testing::context();
+            let (objective, shading) = (Objective::default(), Shading::default());
+            let mut memory =
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+            let mut tiles = Tiles::new(&context, &memory).unwrap();
+            tiles.subgroups.required = required;
+            let measured = (&mut memory, &mut tiles as &mut dyn Measure);
+            let scores = testing::scores(&context, measured, (INDIVIDUALS, &lights));
+            testing::assert_valid(&context);
+            scores
+        };
+        let [left, required] = [false, true].map(scores);
+        assert_eq!(left, required);
+        assert!(required.iter().all(|score| score.is_finite()) && required[0] != required[5]);
     }
 }

@@ -35,14 +35,15 @@ impl Drawable {
     ///
     /// # Errors
     /// [`crate::Error::Unsupported`] when something of the scene is more than the device can take,
-    /// [`crate::Error::Input`] when it has more vertices than Vulkan can address, and what the
-    /// device reports.
+    /// [`crate::Error::Input`] when it has more vertices than Vulkan can address and as
+    /// [`Scene::check`], and what the device reports.
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,
         view: &View,
         shading: &Shading,
     ) -> Result<Self> {
+        scene.check()?;
         let draws = draws(scene)?;
         let geometry = Geometry::new(context, scene, view)?;
         let textures = Textures::new(context, scene)?;

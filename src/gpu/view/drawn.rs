@@ -37,10 +37,10 @@ pub struct Drawn {
 /// device.
 ///
 /// # Errors
-/// [`crate::Error::Argument`] for a picture larger than the device can draw,
-/// [`crate::Error::Unsupported`] when something of the scene is more than it can take,
-/// [`crate::Error::Input`] for a scene with more vertices than Vulkan can address, and what the
-/// device reports.
+/// [`crate::Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
+/// [`crate::Error::Unsupported`] when something of the scene is more than the device can take,
+/// [`crate::Error::Input`] for a scene with more vertices than Vulkan can address and as
+/// [`Scene::check`], and what the device reports.
 pub fn draw(
     context: &Arc<Context>,
     scene: &Scene,

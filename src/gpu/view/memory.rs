@@ -16,8 +16,9 @@
 //!   counts and `G_n`.
 //!
 //! A generation needs types, records and statistics; [`ViewMemory::with_maps`] uploads them from
-//! plain maps instead. Every image stays in layout `GENERAL`, and whoever writes one makes it
-//! visible to compute and fragment shaders before the commands end.
+//! plain maps instead. Every image stays in layout `GENERAL`. What a recording writes, later
+//! recordings see: each of klieg's begins with a barrier after all before it
+//! ([`Commands::record`]; in an engine's commands [`Context::follow_earlier`]).
 
 use crate::gpu::Context;
 use crate::gpu::layout::{self, Chunk, Parameters, ViewStatistics, binding};
@@ -91,14 +92,15 @@ impl ViewMemory {
     /// Memory for a view; the records, the types and the statistics are yet to be written.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a picture larger than the device can draw, and what the device
-    /// reports.
+    /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`], and what
+    /// the device reports.
     pub fn new(
         context: &Arc<Context>,
         view: &View,
         objective: &Objective,
         shading: &Shading,
     ) -> Result<Self> {
+        view.check()?;
         let size = [view.width, view.height];
         let largest = context.report().max_size;
         if size.iter().any(|&side| side > largest) {
@@ -163,7 +165,8 @@ impl ViewMemory {
     /// Memory for the view that `maps` describes, ready for a generation.
     ///
     /// # Errors
-    /// As [`ViewMemory::new`]; [`Error::Argument`] when the maps have another size than the view.
+    /// As [`ViewMemory::new`] and [`Maps::check`]; [`Error::Argument`] when the maps have another size than
+    /// the view.
     pub fn with_maps(
         context: &Arc<Context>,
         maps: &Maps,
@@ -178,6 +181,7 @@ impl ViewMemory {
                 surface.width, surface.height, view.width, view.height
             )));
         }
+        maps.check()?;
         let memory = Self::new(context, view, objective, shading)?;
         let types: Vec<u32> = maps.types.iter().map(|&kind| kind as u32).collect();
         let records = records(maps, shading);

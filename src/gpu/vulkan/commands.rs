@@ -51,8 +51,8 @@ impl Commands {
         Ok(commands)
     }
 
-    /// Records what `body` does in place of what was recorded before. [`Commands::run`] may then
-    /// run it any number of times.
+    /// Records what `body` does in place of what was recorded before, behind a barrier after all that earlier
+    /// submissions did to klieg's memory. [`Commands::run`] may then run it any number of times.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`], and what `body` returns.
@@ -67,6 +67,8 @@ impl Commands {
                 .begin_command_buffer(self.raw, &vk::CommandBufferBeginInfo::default())
                 .call("vkBeginCommandBuffer")?;
         }
+        // A fence tells the host of an end; it lets no later commands see what was written.
+        self.context.follow_all(self.raw);
         body(self.raw)?;
         // SAFETY: recording has begun above.
         unsafe { device.end_command_buffer(self.raw) }.call("vkEndCommandBuffer")
@@ -163,18 +165,26 @@ const EARLIER: Scope = (
 const UPDATE_BYTES: usize = 65536;
 
 impl Context {
-    /// What klieg's recordings use: the graphics stages only where they may draw, so that an engine's own
-    /// draws need not wait.
-    fn earlier(&self) -> Scope {
-        match self.needs().layers {
+    /// What klieg's recordings use, with the graphics stages where they draw.
+    fn earlier(&self, draws: bool) -> Scope {
+        match draws {
             true => EARLIER,
             false => (EARLIER.0 & !vk::PipelineStageFlags::ALL_GRAPHICS, EARLIER.1),
         }
     }
 
-    /// Lets what follows use klieg's memory after all that used it in earlier recordings.
+    /// Lets what follows in klieg's own commands use its memory after all that used it before.
+    fn follow_all(&self, cmd: vk::CommandBuffer) {
+        let all = self.earlier(self.needs().draws());
+        self.barrier(cmd, all, all);
+    }
+
+    /// Lets what follows in an engine's commands use klieg's memory after all that used it in earlier
+    /// recordings. Graphics stages take part only where recordings draw, so that an engine's own draws need
+    /// not wait.
     pub(in crate::gpu) fn follow_earlier(&self, cmd: vk::CommandBuffer) {
-        self.barrier(cmd, self.earlier(), self.earlier());
+        let earlier = self.earlier(self.needs().layers);
+        self.barrier(cmd, earlier, earlier);
     }
 
     /// Copies `data` into the commands, and from there to the front of `to` when they run; shaders see
@@ -186,7 +196,7 @@ impl Context {
             // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds the data.
             unsafe { self.recorder().cmd_update_buffer(cmd, to.raw(), offset, piece) };
         }
-        self.barrier(cmd, COPY_WRITE, self.earlier());
+        self.barrier(cmd, COPY_WRITE, self.earlier(self.needs().layers));
     }
 
     /// Makes what `before` wrote, in any memory, seen by `after`.
@@ -418,6 +428,30 @@ mod tests {
             Ok(())
         })
         .unwrap();
+    }
+
+    #[test]
+    fn commands_follow_those_submitted_before() {
+        let context = testing::context();
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let buffer = Buffer::new(&context, "filled by two", 64, usage, Access::Device).unwrap();
+        let filling = |value| {
+            let mut commands = Commands::new(&context).unwrap();
+            let fill = |cmd| {
+                // SAFETY: the buffer is alive and may be filled.
+                unsafe { context.recorder().cmd_fill_buffer(cmd, buffer.raw(), 0, 64, value) };
+                Ok(())
+            };
+            commands.record(fill).unwrap();
+            commands
+        };
+        let (first, mut second) = (filling(1), filling(2));
+        let buffers = [first.raw];
+        let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
+        // Nothing waits between the two.
+        context.submit(&submit, vk::Fence::null()).unwrap();
+        second.run().unwrap();
+        testing::assert_valid(&context);
     }
 
     #[test]

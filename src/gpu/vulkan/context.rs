@@ -3,9 +3,10 @@
 use super::allocator::{Blocks, DeviceAllocator, DeviceMemory, MemoryRequest};
 use super::borrowed::{BorrowedDevice, Held, QueueLock};
 use super::cache::Cache;
-use super::choice::{ComputeShape, PipelineKind};
+use super::choice::{ComputeShape, PipelineKind, Subgroups};
 use super::devices::{self, DeviceChoice, DeviceReport};
-use super::instance::OwnedInstance;
+use super::features::EnabledFeatures;
+use super::instance::{API_VERSION, OwnedInstance};
 use super::owner::{Owner, create_device};
 use super::requirements::{self, Given, Needs};
 use crate::gpu::vulkan::Call;
@@ -81,6 +82,7 @@ pub struct Context {
     picture_memory: u64,
     pipeline: Option<PipelineKind>,
     shape: ComputeShape,
+    tiles: Option<Subgroups>,
     forgotten: AtomicBool,
     owner: ManuallyDrop<Owner>,
 }
@@ -94,7 +96,8 @@ struct Parts {
     queue_lock: Option<Arc<dyn QueueLock>>,
     allocator: Option<Box<dyn DeviceAllocator>>,
     needs: Needs,
-    full_indices: bool,
+    features: EnabledFeatures,
+    api_version: u32,
     debug_utils: bool,
 }
 
@@ -110,7 +113,7 @@ impl Context {
         let (physical, report) = devices::choose(&instance.raw, &options.device)?;
         let queue_family = requirements::queue_family(&instance.raw, physical)
             .expect("a device that lacks nothing has the queue");
-        let (device, full_indices) = create_device(&instance.raw, physical, queue_family)?;
+        let (device, features) = create_device(&instance.raw, physical, queue_family)?;
         // SAFETY: the device was created with one queue of this family.
         let queue = unsafe { device.raw.get_device_queue(queue_family, 0) };
         let parts = Parts {
@@ -121,7 +124,8 @@ impl Context {
             queue_lock: None,
             allocator: None,
             needs: Needs::ALL,
-            full_indices,
+            features,
+            api_version: API_VERSION,
             debug_utils: instance.debug_utils,
         };
         Self::of(Owner::Owned { device, instance }, parts, &options.tuning)
@@ -144,12 +148,12 @@ impl Context {
         tuning: &Tuning,
     ) -> Result<Arc<Self>> {
         let BorrowedDevice { instance, physical, device, queue, queue_family, .. } = borrowed;
-        let report = devices::report(&instance, 0, physical, Some(queue_family));
         let given = Given {
             api_version: borrowed.api_version,
             enabled: borrowed.features,
             queue: requirements::family(&instance, physical, queue_family).map(|f| f.queue_flags),
         };
+        let report = devices::report(&instance, (0, physical), Some(queue_family), given);
         let lacks = requirements::lacking(&instance, physical, needs, given);
         if !lacks.is_empty() {
             let lacks = format!("it lacks {}", lacks.join("; "));
@@ -163,7 +167,8 @@ impl Context {
             queue_lock: borrowed.queue_lock,
             allocator: borrowed.allocator,
             needs,
-            full_indices: borrowed.features.full_draw_index_uint32,
+            features: borrowed.features,
+            api_version: borrowed.api_version,
             debug_utils: borrowed.debug_utils,
         };
         Self::of(Owner::Borrowed { device, instance }, parts, tuning)
@@ -172,9 +177,10 @@ impl Context {
     fn of(owner: Owner, parts: Parts, tuning: &Tuning) -> Result<Arc<Self>> {
         let Parts { report, physical, queue, queue_family, queue_lock, needs, .. } = parts;
         let instance = owner.instance();
-        let together = requirements::together(instance, physical);
+        let versions = (parts.api_version, parts.features);
+        let tiles = ComputeShape::tiles(requirements::together(instance, physical, versions)).ok();
         let shape = tuning.shape.unwrap_or(report.shape);
-        if shape == ComputeShape::Tiles && !ComputeShape::tiles_possible(together) {
+        if shape == ComputeShape::Tiles && tiles.is_none() {
             let lacks = "it lacks the subgroups or the shared memory for tiles".into();
             return Err(Error::Unsupported { device: report.info.name, lacks });
         }
@@ -186,7 +192,7 @@ impl Context {
             parts.debug_utils.then(|| ext::debug_utils::Device::new(instance, owner.device()));
         // SAFETY: `physical` is a device of the living instance.
         let mut limits = unsafe { instance.get_physical_device_properties(physical) }.limits;
-        if !parts.full_indices {
+        if !parts.features.full_draw_index_uint32 {
             limits.max_draw_indexed_index_value =
                 limits.max_draw_indexed_index_value.min((1 << 24) - 1);
         }
@@ -209,6 +215,7 @@ impl Context {
             picture_memory,
             pipeline: tuning.pipeline,
             shape,
+            tiles,
             forgotten: AtomicBool::new(false),
             owner: ManuallyDrop::new(owner),
         }))
@@ -330,6 +337,11 @@ impl Context {
     /// The shape of [`PipelineKind::Compute`].
     pub(in crate::gpu) fn shape(&self) -> ComputeShape {
         self.shape
+    }
+
+    /// The subgroups of [`ComputeShape::Tiles`], where that can run.
+    pub(in crate::gpu) fn tiles(&self) -> Option<Subgroups> {
+        self.tiles
     }
 
     /// The family of the queue.

@@ -306,16 +306,39 @@ impl Pipeline {
         layout: &PipelineLayout,
         constants: &[u32],
     ) -> Result<Self> {
+        Self::compute_in_subgroups(context, stem, spirv, layout, constants, None)
+    }
+
+    /// The same whose subgroups, all full, have the `required` size, where that is given: always the same
+    /// for the other arguments.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn compute_in_subgroups(
+        context: &Arc<Context>,
+        stem: &'static str,
+        spirv: &[u32],
+        layout: &PipelineLayout,
+        constants: &[u32],
+        required: Option<u32>,
+    ) -> Result<Self> {
         let pass = vk::RenderPass::null();
         let key = PipelineKey { stem, constants: constants.to_vec(), layout: layout.0, pass };
         Self::kept(context, key, || {
             let module = ShaderModule::new(context, spirv)?;
             let specialization = Specialization::new(constants);
             let specialization = specialization.info();
-            let stage = shader_stage(vk::ShaderStageFlags::COMPUTE, &module, &specialization);
+            let mut stage = shader_stage(vk::ShaderStageFlags::COMPUTE, &module, &specialization);
+            let mut size = vk::PipelineShaderStageRequiredSubgroupSizeCreateInfo::default();
+            if let Some(required) = required {
+                size.required_subgroup_size = required;
+                stage.p_next = (&raw const size).cast();
+                stage.flags |= vk::PipelineShaderStageCreateFlags::REQUIRE_FULL_SUBGROUPS;
+            }
             let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.0)];
             let cache = vk::PipelineCache::null();
-            // SAFETY: module and layout are alive, and the shader was written for the layout.
+            // SAFETY: module, layout and size are alive, and the shader was written for the layout; a size
+            // is required only where the feature is enabled and the device offers it.
             let made = unsafe { context.device()?.create_compute_pipelines(cache, &info, None) };
             made.map(|made| made[0]).map_err(|(_, result)| result).call("vkCreateComputePipelines")
         })
