@@ -81,8 +81,8 @@ impl GpuEvaluator {
     /// # Errors
     /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
     /// [`Error::Unsupported`] when something of the scene is more than the device can take,
-    /// [`Error::Input`] for a scene with more vertices than Vulkan can address and as [`Scene::check`],
-    /// and what the device reports.
+    /// [`Error::Input`] for a scene with more vertices than Vulkan can address and as
+    /// [`Scene::check`], and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,
@@ -100,7 +100,8 @@ impl GpuEvaluator {
     ///
     /// # Errors
     /// [`Error::Argument`] when maps and view differ in size or the picture is too large for the
-    /// device, and as [`Maps::check`] and [`View::check`]; and what the device reports.
+    /// device, and as [`Maps::check`] and [`View::check`]; and
+    /// [device errors](crate::Error::is_device).
     pub fn with_maps(
         context: &Arc<Context>,
         maps: &Maps,
@@ -118,7 +119,7 @@ impl GpuEvaluator {
     /// An evaluator for views whose maps an engine's commands make, all of the same size.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub(in crate::gpu) fn of_any_view(context: &Arc<Context>, view: ViewMemory) -> Result<Self> {
         let pixels = view.size[0] * view.size[1];
         let measure = measure(context, &view, pixels, Views::Any)?;
@@ -191,8 +192,8 @@ impl GpuEvaluator {
     /// use.
     ///
     /// # Errors
-    /// [`Error::Argument`] when that is more than the device's buffers can hold, and what the device
-    /// reports.
+    /// [`Error::Argument`] when that is more than the device's buffers can hold, and
+    /// [device errors](crate::Error::is_device).
     pub fn reserve(&mut self, individuals: u32, lights: usize) -> Result<()> {
         check_number(lights)?;
         self.prepare(individuals, lights)
@@ -215,9 +216,9 @@ impl GpuEvaluator {
     ///
     /// # Safety
     /// `cmd` is being recorded on this device, for the family of the context's queue; its submissions
-    /// run one after the other, none beside [`Evaluator::evaluate`]; the evaluator outlives them. A
-    /// buffer holds 4 bytes for each individual, a multiple of 4 bytes from its front on, and may be the
-    /// target of copies.
+    /// run one after the other, none beside a call of this evaluator's that evaluates, reads or reserves;
+    /// the evaluator outlives them. A buffer holds 4 bytes for each individual, a multiple of 4 bytes
+    /// from its front on, and may be the target of copies.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,

@@ -68,7 +68,7 @@ impl PictureEvaluator {
     ///
     /// # Errors
     /// [`Error::Argument`] for settings out of their range and a picture larger than the device can
-    /// take, and what the device reports.
+    /// take, and [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, size: [u32; 2], objective: Objective) -> Result<Self> {
         // The engine's shading is its own.
         let shading = Shading::default();
@@ -91,7 +91,8 @@ impl PictureEvaluator {
     /// into. Only depth, normals and ids count, as the engine shades the surface itself.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a format out of its range, and what the device reports.
+    /// [`Error::Argument`] for a format out of its range, and
+    /// [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// The views are of this device and of the evaluator's size, and alive as long as what is recorded
@@ -109,7 +110,8 @@ impl PictureEvaluator {
     /// reads them by texel fetch, so that any float, normalised or sRGB format will do.
     ///
     /// # Errors
-    /// [`Error::Argument`] for pictures without layers, and what the device reports.
+    /// [`Error::Argument`] for pictures without layers, and
+    /// [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// The view is a two-dimensional array of `layers` layers of the evaluator's size, on this device, and
@@ -131,8 +133,8 @@ impl PictureEvaluator {
     /// it needs. No recording of this evaluator may be in use.
     ///
     /// # Errors
-    /// [`Error::Argument`] when that is more than the device's buffers can hold, and what the device
-    /// reports.
+    /// [`Error::Argument`] when that is more than the device's buffers can hold, and
+    /// [device errors](crate::Error::is_device).
     pub fn reserve(&mut self, individuals: u32) -> Result<()> {
         self.context.check_present()?;
         let stages: (_, &mut dyn Measure) = (&mut self.memory, &mut self.measure);
@@ -163,7 +165,7 @@ impl PictureEvaluator {
     /// As [`PictureEvaluator::record_view`], submitted and waited for at once.
     ///
     /// # Errors
-    /// As [`PictureEvaluator::record_view`], and what the device reports.
+    /// As [`PictureEvaluator::record_view`], and [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// No recording of this evaluator runs; the images as for [`PictureEvaluator::record_view`].
@@ -187,9 +189,9 @@ impl PictureEvaluator {
     ///
     /// # Safety
     /// `cmd` is being recorded on this device, for the family of the context's queue; its submissions
-    /// run one after the other, none beside [`PictureEvaluator::evaluate`]; the evaluator and the
-    /// pictures outlive them. A buffer holds 4 bytes for each layer, a multiple of 4 bytes from its
-    /// front on, and may be the target of copies.
+    /// run one after the other, none beside a call of this evaluator's that evaluates, reads or reserves;
+    /// the evaluator and the pictures outlive them. A buffer holds 4 bytes for each layer, a multiple of
+    /// 4 bytes from its front on, and may be the target of copies.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
@@ -228,8 +230,8 @@ impl PictureEvaluator {
     /// `i`.
     ///
     /// # Errors
-    /// [`Error::Argument`] unless there are so many layers and `scores` has a place for each, and what
-    /// the device reports.
+    /// [`Error::Argument`] unless there are so many layers and `scores` has a place for each, and
+    /// [device errors](crate::Error::is_device).
     pub fn evaluate(
         &mut self,
         pictures: &ImportedPictures,
@@ -258,7 +260,8 @@ impl PictureEvaluator {
     /// One layer looked at closely: its terms, and the picture that klieg has made of it.
     ///
     /// # Errors
-    /// [`Error::Argument`] unless there is such a layer, and what the device reports.
+    /// [`Error::Argument`] unless there is such a layer, and
+    /// [device errors](crate::Error::is_device).
     pub fn inspect(&mut self, pictures: &ImportedPictures, layer: u32) -> Result<Inspection> {
         let (scores, details) = self.measured(pictures, layer, 1)?;
         let picture = self.measure.first_picture(&self.memory)?;
@@ -269,7 +272,7 @@ impl PictureEvaluator {
     /// call.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn maps(&mut self) -> Result<&Maps> {
         let maps = match self.maps.take() {
             Some(maps) => maps,

@@ -79,7 +79,7 @@ pub(in crate::gpu) struct Pictures {
 
 impl Pictures {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub(in crate::gpu) fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
         let made = DescriptorSet::new(context, "made pictures", &MADE)?;
         let sets = [view.set.layout(), set_layout(context, &RENDERED)?, made.layout()];
@@ -91,7 +91,8 @@ impl Pictures {
     /// Takes an engine's pictures in.
     ///
     /// # Errors
-    /// [`Error::Argument`] for pictures without layers, and what the device reports.
+    /// [`Error::Argument`] for pictures without layers, and
+    /// [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// The view is an array of this device, of so many layers at least as large as the picture, and

@@ -43,8 +43,8 @@ struct Target {
 
 impl ForwardDraw {
     /// # Errors
-    /// [`crate::Error::Unsupported`] when the device cannot hand so much to the fragments, and what
-    /// it reports.
+    /// [`crate::Error::Unsupported`] when the device cannot hand so much to the fragments, and
+    /// [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, scene: Drawable) -> Result<Self> {
         let limits = context.limits();
         let components = limits

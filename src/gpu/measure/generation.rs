@@ -59,13 +59,13 @@ pub trait Measure {
     /// Pictures that it can hold, a multiple of the block; 0 when it cannot hold any.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn largest_chunk(&self) -> Result<u32>;
 
     /// Makes what rigs of `lights` lights need, unless it is there.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
 
     /// Whether that is there.
@@ -74,7 +74,7 @@ pub trait Measure {
     /// Makes room for `chunk` pictures; the lights will be in `lights`.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()>;
 
     /// Records what has to be known of a view whose maps the commands before have made, visible to
@@ -95,7 +95,7 @@ pub trait Measure {
     /// The first picture of the last chunk: `I`, 0 in the background, rows from the top.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn first_picture(&self, view: &ViewMemory) -> Result<Vec<f32>>;
 }
 
@@ -104,7 +104,7 @@ pub struct Fitness(Pipeline);
 
 impl Fitness {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, measure: &dyn Measure) -> Result<Self> {
         let constants = [FITNESS_GROUP, HISTOGRAM_BINS as u32, measure.bin_bits()];
         let spirv = shaders::FITNESS_COMP;
@@ -146,7 +146,7 @@ impl GenerationMemory {
     ///
     /// # Errors
     /// [`Error::Argument`] when these or the picture are more than the device's buffers can hold,
-    /// and what the device reports.
+    /// and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         view: &mut ViewMemory,
@@ -251,7 +251,7 @@ impl GenerationMemory {
     /// times: into one for each submission, which are then to be run in order.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn record_submissions(
         &mut self,
         commands: &mut Vec<Commands>,
@@ -343,7 +343,7 @@ impl GenerationMemory {
     /// Terms and statistics of the first `count` individuals of the generation that has run.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn read_details(&self, context: &Arc<Context>, count: usize) -> Result<Vec<Detail>> {
         staging::read_buffer(context, &self.details, count)
     }

@@ -33,7 +33,7 @@ pub struct Layered<S> {
 
 impl<S: PictureStage> Layered<S> {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, stage: S) -> Result<Self> {
         let reduction = |stem, spirv, rows, constants: &[u32]| {
             let pipeline = Pipeline::compute(context, stem, spirv, &view.layout, constants)?;

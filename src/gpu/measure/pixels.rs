@@ -46,7 +46,7 @@ impl Pixels {
     ///
     /// # Errors
     /// [`crate::Error::Unsupported`] when the list is more than the device's buffers can hold, and
-    /// what the device reports.
+    /// [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         view: &ViewMemory,

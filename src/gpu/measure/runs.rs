@@ -56,8 +56,8 @@ impl Runs {
     /// For a view with at most `objects` object pixels, whose records and types are there.
     ///
     /// # Errors
-    /// [`crate::Error::Unsupported`] when the object pixels are more than fit, and what the device
-    /// reports.
+    /// [`crate::Error::Unsupported`] when the object pixels are more than fit, and
+    /// [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, objects: u32) -> Result<Self> {
         if !Self::fits(context, objects) {
             let lacks = format!("pipeline compute for {objects} object pixels");

@@ -40,7 +40,7 @@ impl Tiles {
     /// For a view whose records and types are there and stay.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
         let tiles = tiles(&types(context, view)?, view.size);
         let list = Buffer::of(context, "tiles", &tiles, vk::BufferUsageFlags::STORAGE_BUFFER)?;
@@ -50,7 +50,7 @@ impl Tiles {
     /// For views that the stage `tile_list` looks through, all of the same size.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn of_any_view(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
         let [columns, rows] = view.size.map(|side| side.div_ceil(SIDE));
         let count = columns * rows;

@@ -36,7 +36,7 @@ impl Drawable {
     /// # Errors
     /// [`crate::Error::Unsupported`] when something of the scene is more than the device can take,
     /// [`crate::Error::Input`] when it has more vertices than Vulkan can address and as
-    /// [`Scene::check`], and what the device reports.
+    /// [`Scene::check`], and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,

@@ -30,8 +30,8 @@ impl Textures {
     /// Uploads the textures.
     ///
     /// # Errors
-    /// [`crate::Error::Unsupported`] when a texture is larger than the device can take, and what the
-    /// device reports.
+    /// [`crate::Error::Unsupported`] when a texture is larger than the device can take, and
+    /// [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, scene: &Scene) -> Result<Self> {
         let white = Texture {
             name: "white".into(),

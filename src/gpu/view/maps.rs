@@ -55,7 +55,7 @@ impl MapStages {
     ///
     /// # Errors
     /// [`crate::Error::Unsupported`] when there are more polygons or pixels than the device can
-    /// take, and what the device reports.
+    /// take, and [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, polygons: Option<u32>) -> Result<Self> {
         let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
         let bindings: [Binding; 3] = [0, 1, 2].map(|number| (number, kind.0, kind.1));

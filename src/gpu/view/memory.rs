@@ -92,8 +92,8 @@ impl ViewMemory {
     /// Memory for a view; the records, the types and the statistics are yet to be written.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`], and what
-    /// the device reports.
+    /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
+    /// and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         view: &View,
@@ -152,7 +152,7 @@ impl ViewMemory {
     /// storage images, the stage `surface` writes.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn add_g_buffer(&mut self, written: vk::ImageUsageFlags) -> Result<&GBuffer> {
         let g_buffer = GBuffer::new(&self.context, self.size, written)?;
         for (number, image) in g_buffer.images() {
@@ -216,7 +216,7 @@ impl ViewMemory {
     /// Reads the statistics back.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn read_statistics(&self) -> Result<ViewStatistics> {
         Ok(staging::read_buffer(&self.context, &self.statistics, 1)?[0])
     }
@@ -252,7 +252,7 @@ pub struct Reflectance(Pipeline);
 
 impl Reflectance {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, layout: &PipelineLayout) -> Result<Self> {
         let spirv = shaders::REFLECTANCE_COMP;
         Pipeline::compute(context, "reflectance", spirv, layout, &PIXEL_GROUP).map(Self)

@@ -28,7 +28,7 @@ pub struct Visibility {
 
 impl Visibility {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, scene: &Drawable, g_buffer: &GBuffer) -> Result<Self> {
         let colors = [
             &g_buffer.code,
