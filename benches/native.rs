@@ -48,7 +48,7 @@ fn generation(criterion: &mut Criterion) {
     let objective = Objective::default();
     let maps = cpu::maps(visibility::draw(&scene, &view), &objective);
     let pixels = u64::from(maps.counts.object()) * RIGS as u64;
-    let mut evaluator = CpuEvaluator::new(maps, &view, objective, Shading::default());
+    let mut evaluator = CpuEvaluator::new(maps, &view, objective, Shading::default()).unwrap();
     let mut group = criterion.benchmark_group("generation");
     for lights in [1, 4] {
         let population = population(lights);

@@ -143,6 +143,10 @@ typedef struct klieg_features {
     // `VkPhysicalDeviceFeatures::fullDrawIndexUint32`: never required; without it, meshes of a scene
     // have 2²⁴ vertices at most.
     VkBool32 full_draw_index_uint32;
+    // Both `VkPhysicalDeviceVulkan13Features::subgroupSizeControl` and `computeFullSubgroups`, of Vulkan
+    // 1.3 or of `VK_EXT_subgroup_size_control`: never required; without it, klieg measures in
+    // `KLIEG_SHAPE_RUNS` on GPUs whose subgroups have several sizes, which is slower.
+    VkBool32 subgroup_size_control;
 } klieg_features;
 
 // The least value of a member of `VkPhysicalDeviceLimits`.

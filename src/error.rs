@@ -69,6 +69,21 @@ impl Error {
         Self::Input { path: path.into(), fault: fault.to_string() }
     }
 
+    /// Whether it is a device error: what any function that reaches a device may return, besides the errors
+    /// that it names itself. The device lacks something ([`Error::Unsupported`]), a call fails
+    /// ([`Error::Vulkan`], where the device may be lost: [`Error::is_device_lost`]), there is no memory
+    /// ([`Error::DeviceMemory`]), or the device was given up ([`Error::Forgotten`]). The native evaluator
+    /// has none of them.
+    pub fn is_device(&self) -> bool {
+        matches!(
+            self,
+            Self::Unsupported { .. }
+                | Self::Vulkan { .. }
+                | Self::DeviceMemory { .. }
+                | Self::Forgotten
+        )
+    }
+
     /// Whether the device is lost: then nothing works on it any more, and what was made on it may
     /// be dropped.
     pub fn is_device_lost(&self) -> bool {
@@ -94,4 +109,25 @@ pub(crate) fn within(name: &str, value: f32, low: f32, high: f32) -> Result<()> 
         (low, high) => format!("{low} to {high}"),
     };
     Err(Error::Argument(format!("{name} is {value}: it must be {range}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn device_errors_are_no_faults_of_input() {
+        let lost =
+            Error::Vulkan { call: "vkQueueSubmit", result: ash::vk::Result::ERROR_DEVICE_LOST };
+        assert!(lost.is_device_lost());
+        let memory = Error::DeviceMemory { what: "lights".into(), source: "none left".into() };
+        let short = Error::Unsupported { device: "GPU".into(), lacks: "a queue".into() };
+        for error in [lost, memory, short, Error::Forgotten] {
+            assert!(error.is_device() && !error.is_input(), "{error}");
+        }
+        for error in [Error::input("scene.glb", "is empty"), Error::Argument("size".into())] {
+            assert!(!error.is_device() && error.is_input(), "{error}");
+        }
+        assert!(!Error::Interrupted.is_device());
+    }
 }

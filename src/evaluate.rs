@@ -48,14 +48,14 @@ pub trait Evaluator {
     /// `F` of every rig: `scores[i]` belongs to the `i`-th rig.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] unless `scores` has one place for each rig, and what the device
-    /// reports.
+    /// [`crate::Error::Argument`] unless `scores` has one place for each rig, and
+    /// [device errors](crate::Error::is_device).
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()>;
 
     /// `F` and the terms of every rig, in order. `F` has the bits that [`Evaluator::evaluate`] gives.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>>;
 
     /// The terms and the picture of one rig.
@@ -67,6 +67,6 @@ pub trait Evaluator {
     /// The view's maps; read back from the device at the first call.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn maps(&mut self) -> Result<&Maps>;
 }

@@ -45,7 +45,7 @@ fn maps(scene: &Scene, view: &View) -> Maps {
 fn inspect(scene: &Scene, view: &View, light: Light) -> [Inspection; 2] {
     let (maps, objective, shading) = (maps(scene, view), Objective::default(), Shading::default());
     let plain = fitness::fitness(&maps, view, &objective, &shading, &[light.record()]);
-    let mut evaluator = CpuEvaluator::new(maps, view, objective, shading);
+    let mut evaluator = CpuEvaluator::new(maps, view, objective, shading).expect("maps that fit");
     [plain, evaluator.inspect(&[light]).expect("one light")]
 }
 
@@ -207,7 +207,7 @@ fn a_ball_is_best_lit_from_the_side() {
     let view = orthographic(&scene, 1.2, 320, 320);
     let (maps, objective, shading) =
         (maps(&scene, &view), Objective::default(), Shading::default());
-    let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading);
+    let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading).expect("maps that fit");
     let kind = LightKind::Directional;
     let genome = starts::position_genome(Role::Key, kind, &Boxes::default()).expect("a genome");
     let mut subject = Subject { scene: &scene, view: &view, evaluator: &mut evaluator };

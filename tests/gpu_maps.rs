@@ -216,3 +216,26 @@ fn the_maps_follow_from_the_surface() {
     assert_eq!(ours.visible, references.visible);
     assert!((ours.normal_detail - references.normal_detail).abs() <= 1e-5);
 }
+
+#[test]
+fn scenes_that_do_not_fit_are_refused() {
+    let context = context();
+    let scene = quads();
+    let view = perspective(&scene, 16, 16);
+    let refused = |scene: &Scene, part: &str| {
+        let (objective, shading) = (Objective::default(), Shading::default());
+        let drawn = GpuEvaluator::new(&context, scene, &view, objective, shading).map(drop);
+        let viewed = View::new(scene, view.camera.clone(), 16, 16).map(drop);
+        for error in [drawn, viewed] {
+            let error = error.expect_err(part);
+            assert!(error.is_input() && error.to_string().contains(part), "{error}");
+        }
+    };
+    let mut far = scene.clone();
+    far.meshes[0].indices[2] = 1 << 30;
+    refused(&far, "there is no vertex 1073741824");
+    let mut other = scene.clone();
+    other.meshes[0].material = 77;
+    refused(&other, "there is no material 77");
+    assert_eq!(context.validation_messages(), [""; 0]);
+}

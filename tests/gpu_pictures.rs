@@ -403,3 +403,17 @@ fn what_is_not_there_is_refused() {
         assert!(fault.to_string().contains("another context"), "{fault}");
     });
 }
+
+#[test]
+fn pictures_of_another_size_are_refused() {
+    on_an_engine(|engine| {
+        let context = borrow(engine, None);
+        let (small, large) = (Drawn::new(engine, ball(9, 7)), Drawn::new(engine, ball(33, 21)));
+        let picture = vec![0.0; 9 * 7];
+        let texture = small.floats(&[picture]);
+        let pictures = import(&small.evaluator(&context), &texture, 1, red(ENCODED));
+        let error = large.evaluator(&context).evaluate(&pictures, 1, &mut [0.0]);
+        let error = error.expect_err("pictures of 9x7").to_string();
+        assert!(error.contains("pictures of 9x7 for an evaluator of 33x21"), "{error}");
+    });
+}

@@ -74,7 +74,7 @@ fn scores_of_the_paper_keep_their_bits() {
     for (name, stored) in STORED {
         let (scene, view) = open(name);
         let maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
-        let mut native = CpuEvaluator::new(maps.clone(), &view, objective, shading);
+        let mut native = CpuEvaluator::new(maps.clone(), &view, objective, shading).expect("maps");
         let pipelines = [PipelineKind::Layered, PipelineKind::Compute];
         let found = [None, Some(pipelines[0]), Some(pipelines[1])].map(|pipeline| {
             let Some(pipeline) = pipeline else { return (scores(&mut native), true) };

@@ -46,7 +46,7 @@ fn both_evaluators_agree_on_200_rigs_in_every_scene() {
         let (scene, view) = open(name, 160);
         let mut gpu = GpuEvaluator::new(&context, &scene, &view, objective, shading).unwrap();
         let maps = gpu.maps().unwrap().clone();
-        let mut native = CpuEvaluator::new(maps.clone(), &view, objective, shading);
+        let mut native = CpuEvaluator::new(maps.clone(), &view, objective, shading).unwrap();
         let reference = |rig: &[Light]| {
             let records: Vec<_> = rig.iter().map(Light::record).collect();
             cpu::fitness::fitness(&maps, &view, &objective, &shading, &records)
@@ -105,7 +105,7 @@ fn a_design_beats_every_preset_in_every_scene() {
         let (scene, view) = open(name, 192);
         let (objective, shading) = (Objective::default(), Shading::default());
         let maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
-        let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading);
+        let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading).unwrap();
         let outcome = design(&scene, &view, &mut evaluator, 100);
         let inspected = evaluator.inspect(&outcome.rig).unwrap();
         assert_eq!(inspected.score, outcome.score, "{name}");
@@ -126,8 +126,10 @@ fn a_design_on_the_device_repeats_itself_and_is_what_the_cpu_would_say() {
         let mut gpu = GpuEvaluator::new(&context, &scene, &view, objective, shading).unwrap();
         let outcome = design(&scene, &view, &mut gpu, 25);
         let maps = gpu.maps().unwrap().clone();
-        let native =
-            CpuEvaluator::new(maps, &view, objective, shading).inspect(&outcome.rig).unwrap();
+        let native = CpuEvaluator::new(maps, &view, objective, shading)
+            .unwrap()
+            .inspect(&outcome.rig)
+            .unwrap();
         assert!((native.score - outcome.score).abs() < TOLERANCE);
         outcome
     };

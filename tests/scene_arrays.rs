@@ -82,7 +82,8 @@ fn measured(scene: &Scene, camera: &Camera) -> (Maps, Vec<f32>) {
     let view = View::new(scene, camera.clone(), SIZE, SIZE).unwrap();
     let objective = Objective::default();
     let maps = cpu::maps(cpu::visibility::draw(scene, &view), &objective);
-    let mut evaluator = CpuEvaluator::new(maps.clone(), &view, objective, Shading::default());
+    let mut evaluator =
+        CpuEvaluator::new(maps.clone(), &view, objective, Shading::default()).unwrap();
     let scores = [Preset::ThreePoint, Preset::LightKit].map(|preset| {
         let mut score = [0.0];
         let rig = preset.rig();

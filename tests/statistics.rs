@@ -101,7 +101,8 @@ fn the_native_evaluator_measures_what_the_references_do() {
         for shading in shadings() {
             for lights in [1, 2, 5] {
                 let view = view(width, height, false);
-                let mut native = CpuEvaluator::new(maps.clone(), &view, all_terms(), shading);
+                let mut native =
+                    CpuEvaluator::new(maps.clone(), &view, all_terms(), shading).expect("maps");
                 check(&mut native, &maps, lights, &shading, (at * 10 + lights) as u64);
             }
         }

@@ -76,7 +76,7 @@ fn check(
     klieg.evaluate(rigs, &mut scores)?;
     check_balls(&klieg.maps()?.surface, &view.frame)?;
     let mut expected = vec![0.0; rigs.len()];
-    CpuEvaluator::new(klieg.maps()?.clone(), view, objective, shading)
+    CpuEvaluator::new(klieg.maps()?.clone(), view, objective, shading)?
         .evaluate(rigs, &mut expected)?;
     Ok(scores.into_iter().zip(expected).map(|(klieg, native)| [klieg, native]).collect())
 }

@@ -29,6 +29,10 @@ pub struct klieg_features {
     /// `VkPhysicalDeviceFeatures::fullDrawIndexUint32`: never required; without it, meshes of a scene
     /// have 2²⁴ vertices at most.
     pub full_draw_index_uint32: vk::Bool32,
+    /// Both `VkPhysicalDeviceVulkan13Features::subgroupSizeControl` and `computeFullSubgroups`, of Vulkan
+    /// 1.3 or of `VK_EXT_subgroup_size_control`: never required; without it, klieg measures in
+    /// `KLIEG_SHAPE_RUNS` on GPUs whose subgroups have several sizes, which is slower.
+    pub subgroup_size_control: vk::Bool32,
 }
 
 /// Bytes of a name in a structure, its terminating zero included.
@@ -158,6 +162,7 @@ pub(super) fn as_features(features: &klieg_features) -> EnabledFeatures {
         geometry_shader: features.geometry_shader != vk::FALSE,
         shader_output_layer: features.shader_output_layer != vk::FALSE,
         full_draw_index_uint32: features.full_draw_index_uint32 != vk::FALSE,
+        subgroup_size_control: features.subgroup_size_control != vk::FALSE,
     }
 }
 
@@ -166,6 +171,7 @@ fn features_in_c(features: EnabledFeatures) -> klieg_features {
         geometry_shader: features.geometry_shader.into(),
         shader_output_layer: features.shader_output_layer.into(),
         full_draw_index_uint32: features.full_draw_index_uint32.into(),
+        subgroup_size_control: features.subgroup_size_control.into(),
     }
 }
 

@@ -273,7 +273,7 @@ fn evaluator_on(
     Ok(match device {
         Opened::Cpu => {
             let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
-            Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)))
+            Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?))
         }
         Opened::Vulkan(context) => {
             let evaluator = GpuEvaluator::new(context, scene, view, objective, shading)?;

@@ -41,10 +41,15 @@ pub struct CpuEvaluator {
 
 impl CpuEvaluator {
     /// An evaluator of the view that `maps` describes.
-    pub fn new(maps: Maps, view: &View, objective: Objective, shading: Shading) -> Self {
+    ///
+    /// # Errors
+    /// As [`Maps::check`] and [`View::check`].
+    pub fn new(maps: Maps, view: &View, objective: Objective, shading: Shading) -> Result<Self> {
+        maps.check()?;
+        view.check()?;
         let bands = Bands::new(&maps, view, &objective, shading);
         let (parts, rooms) = Default::default();
-        Self { view: maps.statistics(), maps, objective, bands, parts, rooms, device: device() }
+        Ok(Self { view: maps.statistics(), maps, objective, bands, parts, rooms, device: device() })
     }
 
     /// Works in room for [`TASK_RIGS`] rigs.

@@ -36,6 +36,9 @@ use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
 ///
 /// The depth of the background is set to the largest object depth + 1 (1 in a picture without any
 /// object), whatever it was.
+///
+/// # Panics
+/// Unless every map of the surface has an entry for each pixel.
 pub fn maps(mut surface: Surface, objective: &Objective) -> Maps {
     set_background_depth(&mut surface);
     let (sobel, laplace) = edges::depth_gradients(&surface);

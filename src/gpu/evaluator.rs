@@ -63,7 +63,7 @@ use std::sync::Arc;
 pub struct GpuEvaluator {
     generation: Option<GenerationMemory>,
     recorded: Option<(u32, usize)>,
-    commands: Commands,
+    commands: Vec<Commands>,
     fitness: Fitness,
     measure: Box<dyn Measure + Send>,
     pipeline: PipelineKind,
@@ -78,9 +78,10 @@ impl GpuEvaluator {
     /// An evaluator that draws the scene and makes the view's maps on the device.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a picture larger than the device can draw, [`Error::Unsupported`]
-    /// when something of the scene is more than it can take, [`Error::Input`] for a scene with more
-    /// vertices than Vulkan can address, and what the device reports.
+    /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
+    /// [`Error::Unsupported`] when something of the scene is more than the device can take,
+    /// [`Error::Input`] for a scene with more vertices than Vulkan can address and as
+    /// [`Scene::check`], and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,
@@ -98,7 +99,8 @@ impl GpuEvaluator {
     ///
     /// # Errors
     /// [`Error::Argument`] when maps and view differ in size or the picture is too large for the
-    /// device, and what the device reports.
+    /// device, and as [`Maps::check`] and [`View::check`]; and
+    /// [device errors](crate::Error::is_device).
     pub fn with_maps(
         context: &Arc<Context>,
         maps: &Maps,
@@ -116,7 +118,7 @@ impl GpuEvaluator {
     /// An evaluator for views whose maps an engine's commands make, all of the same size.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub(in crate::gpu) fn of_any_view(context: &Arc<Context>, view: ViewMemory) -> Result<Self> {
         let pixels = view.size[0] * view.size[1];
         let measure = measure(context, &view, pixels, Views::Any)?;
@@ -134,7 +136,7 @@ impl GpuEvaluator {
         Ok(Self {
             generation: None,
             recorded: None,
-            commands: Commands::new(context)?,
+            commands: Vec::new(),
             fitness: Fitness::new(context, &view, &*measure)?,
             measure,
             pipeline,
@@ -189,8 +191,8 @@ impl GpuEvaluator {
     /// use.
     ///
     /// # Errors
-    /// [`Error::Argument`] when that is more than the device's buffers can hold, and what the device
-    /// reports.
+    /// [`Error::Argument`] when that is more than the device's buffers can hold, and
+    /// [device errors](crate::Error::is_device).
     pub fn reserve(&mut self, individuals: u32, lights: usize) -> Result<()> {
         check_number(lights)?;
         self.prepare(individuals, lights)
@@ -198,6 +200,9 @@ impl GpuEvaluator {
 
     /// Records the evaluation of a population into an engine's command buffer, outside render passes:
     /// never submits, waits or makes anything.
+    ///
+    /// All of it is work of one submission, while [`Evaluator::evaluate`] divides what would take a slow GPU
+    /// more than a second: record large populations in parts.
     ///
     /// The lights are copied into the commands, so that the population may change at once and a recording
     /// may be made while the last one runs. What was recorded before, on the same queue, is waited for
@@ -210,9 +215,9 @@ impl GpuEvaluator {
     ///
     /// # Safety
     /// `cmd` is being recorded on this device, for the family of the context's queue; its submissions
-    /// run one after the other, none beside [`Evaluator::evaluate`]; the evaluator outlives them. A
-    /// buffer holds 4 bytes for each individual, a multiple of 4 bytes from its front on, and may be the
-    /// target of copies.
+    /// run one after the other, none beside a call of this evaluator's that evaluates, reads or reserves;
+    /// the evaluator outlives them. A buffer holds 4 bytes for each individual, a multiple of 4 bytes
+    /// from its front on, and may be the target of copies.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
@@ -237,7 +242,7 @@ impl GpuEvaluator {
         context.follow_earlier(cmd);
         context.update(cmd, &generation.lights, records);
         let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
-        generation.record(cmd, context, stages, (individuals as u32, lights), false);
+        generation.record(cmd, context, stages, (individuals as u32, lights));
         // SAFETY: the caller's promises for the buffer.
         unsafe { generation.deliver(cmd, context, individuals as u32, target) };
         Ok(())
@@ -246,7 +251,7 @@ impl GpuEvaluator {
     /// Reads the scores of the last recording with [`ScoreTarget::Mapped`], whose commands have run.
     ///
     /// # Errors
-    /// [`Error::Argument`] for more scores than there is room for.
+    /// [`Error::Argument`] for more scores than there is room for, and [`Error::Forgotten`].
     pub fn read_scores(&self, scores: &mut [f32]) -> Result<()> {
         GenerationMemory::read_scores(self.generation.as_ref(), scores)
     }
@@ -322,6 +327,7 @@ impl Evaluator for GpuEvaluator {
     }
 
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
+        self.context.check_present()?;
         if scores.len() != population.len() {
             return Err(Error::Argument(format!(
                 "{} places for the scores of {} rigs",
@@ -339,16 +345,13 @@ impl Evaluator for GpuEvaluator {
         let plan = (individuals, population.lights());
         if self.recorded != Some(plan) {
             self.recorded = None;
-            self.commands.record(|cmd| {
-                let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
-                generation.record(cmd, &self.context, stages, plan, true);
-                Ok(())
-            })?;
+            let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
+            generation.record_submissions(&mut self.commands, &self.context, stages, plan)?;
             self.recorded = Some(plan);
         }
-        generation.lights.write(population.records());
-        self.commands.run()?;
-        generation.scores.read(scores);
+        generation.lights.write(population.records())?;
+        self.commands.iter_mut().try_for_each(Commands::run)?;
+        generation.scores.read(scores)?;
         generation.timer.read()?;
         if !self.view.objective.is_own() {
             let details = generation.read_details(&self.context, scores.len())?;
@@ -359,11 +362,11 @@ impl Evaluator for GpuEvaluator {
     }
 
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
+        let mut scores = vec![0.0; population.len()];
+        self.evaluate(population, &mut scores)?;
         if population.is_empty() {
             return Ok(Vec::new());
         }
-        let mut scores = vec![0.0; population.len()];
-        self.evaluate(population, &mut scores)?;
         let generation = self.generation.as_ref().expect("made by `evaluate`");
         let details = generation.read_details(&self.context, scores.len())?;
         self.view.qualities(&scores, &details)
@@ -392,7 +395,8 @@ impl Evaluator for GpuEvaluator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::testing;
+    use crate::gpu::{ContextOptions, Tuning, testing};
+    use crate::lighting::presets::Preset;
 
     #[test]
     fn a_view_with_too_many_object_pixels_is_drawn() {
@@ -408,5 +412,43 @@ mod tests {
         let error = Runs::new(&context, &view, 1 << 31).err();
         assert!(matches!(error, Some(Error::Unsupported { .. })));
         testing::assert_valid(&context);
+    }
+
+    #[test]
+    fn large_populations_are_submitted_in_parts_with_the_same_bits() {
+        let (maps, view) = testing::maps(20, 10);
+        for pipeline in [PipelineKind::Layered, PipelineKind::Compute] {
+            let tuning = Tuning { pipeline: Some(pipeline), ..Tuning::default() };
+            let options = ContextOptions { validation: true, tuning, ..Default::default() };
+            let context = Context::new(&options).unwrap();
+            let (objective, shading) = (Objective::default(), Shading::default());
+            let mut evaluator =
+                GpuEvaluator::with_maps(&context, &maps, &view, objective, shading).unwrap();
+            let light = |i: u8| Light { azimuth: f32::from(i), ..Preset::Headlight.rig()[0] };
+            let rigs: Vec<_> = (0..37).map(|i| [light(i), light(2 * i)]).collect();
+            let population = Population::of(rigs.iter().map(<[Light; 2]>::as_slice)).unwrap();
+            let mut measured = |work: Option<u64>| {
+                let mut scores = vec![0.0; rigs.len()];
+                evaluator.reserve(37, 2).unwrap();
+                if let (Some(work), Some(generation)) = (work, &mut evaluator.generation) {
+                    generation.submission_work = work;
+                    evaluator.recorded = None;
+                }
+                evaluator.evaluate(&population, &mut scores).unwrap();
+                (scores, evaluator.commands.len())
+            };
+            let (expected, ordinary) = measured(None);
+            // Room for two blocks of 4, of 200 pixels and 2 lights each; then for none.
+            let parts = [3300, 1].map(|work| {
+                let (scores, parts) = measured(Some(work));
+                assert_eq!(scores, expected, "{pipeline}");
+                parts
+            });
+            let blocks = if pipeline == PipelineKind::Compute { [5, 10] } else { [5, 37] };
+            assert_eq!((ordinary, parts), (1, blocks), "{pipeline}");
+            let stages = evaluator.timings().len();
+            assert!(stages == 3 || stages == 5, "{:?}", evaluator.timings());
+            testing::assert_valid(&context);
+        }
     }
 }

@@ -98,9 +98,9 @@ impl ReadbackEvaluator {
             self.record(rig.len())?;
             self.recorded = Some(rig.len());
         }
-        self.lights.write(rig);
+        self.lights.write(rig)?;
         self.commands.run()?;
-        self.copy.read(&mut self.picture);
+        self.copy.read(&mut self.picture)?;
         self.timer.read()?;
         for &(stage, time) in self.timer.rows() {
             match self.timings.iter_mut().find(|row| row.0 == stage) {
@@ -146,6 +146,7 @@ impl Evaluator for ReadbackEvaluator {
     }
 
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
+        self.context.check_present()?;
         let rigs = population.len();
         if scores.len() != rigs {
             return Err(Error::Argument(format!("{} places for {rigs} scores", scores.len())));
@@ -158,6 +159,7 @@ impl Evaluator for ReadbackEvaluator {
     }
 
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
+        self.context.check_present()?;
         self.timings.clear();
         population.rigs().map(|rig| Ok(self.measure(rig)?.0)).collect()
     }

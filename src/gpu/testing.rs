@@ -1,9 +1,11 @@
 //! What the unit tests of the stages share: a watched device, small maps, and reading images back.
 
-use super::view::memory::GBuffer;
+use super::measure::generation::{Fitness, GenerationMemory, Measure};
+use super::view::memory::{GBuffer, ViewMemory};
 use super::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::vulkan::memory::{Access, Buffer, Image};
 use super::{Context, ContextOptions};
+use crate::lighting::LightRecord;
 use crate::math::frame::Frame;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
 use crate::scene::view::{Camera, Projection, View};
@@ -76,9 +78,45 @@ pub fn maps(width: u32, height: u32) -> (Maps, View) {
         surface.emissive.push(keep([0.1 * wave(19), 0.0, 0.0]));
         maps.types.push(kind);
     }
+    (maps.sobel, maps.laplace) = (vec![0.0; n], vec![0.0; n]);
     let count = |kind| maps.types.iter().filter(|&&k| k == kind).count() as u32;
     maps.counts = PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
     (maps, view(width, height))
+}
+
+/// So many lights of all kinds.
+pub fn lights(count: usize) -> Vec<LightRecord> {
+    let light = |i: usize| LightRecord {
+        position: [(i % 5) as f32 - 2.0, (i % 7) as f32 - 3.0, 3.0],
+        radius2: [0.0, 9.0, 4.0][i % 3],
+        diffuse: 0.1 * (i % 9) as f32,
+        specular: 0.5,
+        ..LightRecord::DARK
+    };
+    (0..count).map(light).collect()
+}
+
+/// The scores of `individuals` rigs whose lights stand one after the other, measured in this way.
+pub fn scores(
+    context: &Arc<Context>,
+    (memory, measure): (&mut ViewMemory, &mut dyn Measure),
+    (individuals, lights): (u32, &[LightRecord]),
+) -> Vec<f32> {
+    let of_rig = lights.len() / individuals as usize;
+    measure.prepare(memory, of_rig).unwrap();
+    let fitness = Fitness::new(context, memory, measure).unwrap();
+    let size = (individuals, lights.len());
+    let mut generation = GenerationMemory::new(context, memory, measure, size).unwrap();
+    generation.lights.write(lights).unwrap();
+    Commands::once(context, |cmd| {
+        let stages = (&*memory, &*measure, &fitness);
+        generation.record(cmd, context, stages, (individuals, of_rig));
+        Ok(())
+    })
+    .unwrap();
+    let mut scores = vec![0.0f32; individuals as usize];
+    generation.scores.read(&mut scores).unwrap();
+    scores
 }
 
 /// Puts the surface where the visibility draw would put it.
@@ -119,6 +157,6 @@ pub fn download<T: Pod>(context: &Arc<Context>, image: &Image) -> Vec<T> {
         Ok(())
     })
     .unwrap();
-    buffer.read(&mut out);
+    buffer.read(&mut out).unwrap();
     out
 }

@@ -2,6 +2,7 @@
 //! top. `n = width · height` below.
 
 use crate::constants::{BACKGROUND, EDGE, NORMAL_RIDGE, SURFACE};
+use crate::{Error, Result};
 
 /// The visible surface: what the visibility stage draws. Background entries are 0, save `depth`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -131,5 +132,134 @@ impl Maps {
     pub fn statistics(&self) -> ViewStatistics {
         let &Self { counts, normal_detail, shape, .. } = self;
         ViewStatistics { counts, normal_detail, shape }
+    }
+}
+
+impl Maps {
+    /// Whether the maps fit each other: every one has `n` entries, the types tell the background as the
+    /// codes do, the counts are those of the types, and the visible codes ascend. Evaluators that take
+    /// maps ask for it. The values of the numbers are not looked at.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] with what does not fit.
+    pub fn check(&self) -> Result<()> {
+        let fault = |what: String| Err(Error::Argument(format!("maps of a view: {what}")));
+        let (width, height) = (self.surface.width, self.surface.height);
+        let n = u64::from(width) * u64::from(height);
+        if n > u32::MAX.into() {
+            return fault(format!("{width}x{height} pixels are more than can be counted"));
+        }
+        if !self.target.is_empty() && self.target.len() as u64 != n {
+            return fault(format!("the target has {} entries for {n} pixels", self.target.len()));
+        }
+        if let Some((name, has)) = self.lengths().into_iter().find(|&(_, has)| has as u64 != n) {
+            return fault(format!("{name} has {has} entries for {width}x{height} pixels"));
+        }
+        let background = |kind| kind == PixelType::Background;
+        let mut pixels = self.types.iter().zip(&self.surface.code);
+        if let Some(at) = pixels.position(|(&kind, &code)| background(kind) != (code == 0)) {
+            let (kind, code) = (self.types[at], self.surface.code[at]);
+            return fault(format!("pixel {at} is {kind:?} with the colour code {code}"));
+        }
+        let count = |kind| self.types.iter().filter(|&&k| k == kind).count() as u32;
+        let counts =
+            PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
+        if counts != self.counts {
+            return fault(format!("the types make {counts:?}, not {:?}", self.counts));
+        }
+        if !self.visible.is_sorted_by(|a, b| a < b) || self.visible.first() == Some(&0) {
+            return fault("the visible colour codes do not ascend from 1 on".into());
+        }
+        Ok(())
+    }
+
+    /// Every map with an entry a pixel, and how many it has.
+    fn lengths(&self) -> [(&'static str, usize); 12] {
+        let Surface { code, depth, position, normal, base_color, metallic, roughness, .. } =
+            &self.surface;
+        [
+            ("code", code.len()),
+            ("depth", depth.len()),
+            ("position", position.len()),
+            ("normal", normal.len()),
+            ("base_color", base_color.len()),
+            ("metallic", metallic.len()),
+            ("roughness", roughness.len()),
+            ("emissive", self.surface.emissive.len()),
+            ("sobel", self.sobel.len()),
+            ("laplace", self.laplace.len()),
+            ("types", self.types.len()),
+            ("normal_gradient", self.normal_gradient.len()),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn maps() -> Maps {
+        let (scalar, vector) = (vec![0.5; 6], vec![[0.5; 3]; 6]);
+        let surface = Surface {
+            width: 3,
+            height: 2,
+            code: vec![0, 7, 7, 9, 9, 0],
+            depth: scalar.clone(),
+            position: vector.clone(),
+            normal: vector.clone(),
+            base_color: vector.clone(),
+            metallic: scalar.clone(),
+            roughness: scalar.clone(),
+            emissive: vector,
+        };
+        let types = [0, 1, 1, 1, 2, 0].map(|kind| match kind {
+            0 => PixelType::Background,
+            1 => PixelType::Surface,
+            _ => PixelType::Edge,
+        });
+        Maps {
+            surface,
+            sobel: scalar.clone(),
+            laplace: scalar.clone(),
+            types: types.to_vec(),
+            normal_gradient: scalar,
+            shape: Shape::default(),
+            target: Vec::new(),
+            counts: PixelCounts { surface: 3, edge: 1 },
+            visible: vec![7, 9],
+            normal_detail: 0.1,
+        }
+    }
+
+    #[test]
+    fn maps_that_do_not_fit_each_other_are_refused() {
+        maps().check().expect("maps that fit");
+        Maps::default().check().expect("maps of nothing");
+        let faults: [(&str, fn(&mut Maps)); 18] = [
+            ("normal_gradient has 7", |m| m.normal_gradient.push(0.0)),
+            ("target has 1", |m| m.target.push(0.0)),
+            ("code has 5", |m| m.surface.code.truncate(5)),
+            ("depth has 5", |m| m.surface.depth.truncate(5)),
+            ("position has 5", |m| m.surface.position.truncate(5)),
+            ("normal has 7", |m| m.surface.normal.push([0.0; 3])),
+            ("base_color has 5", |m| m.surface.base_color.truncate(5)),
+            ("metallic has 5", |m| m.surface.metallic.truncate(5)),
+            ("roughness has 5", |m| m.surface.roughness.truncate(5)),
+            ("emissive has 5", |m| m.surface.emissive.truncate(5)),
+            ("sobel has 0", |m| m.sobel.clear()),
+            ("laplace has 5", |m| m.laplace.truncate(5)),
+            ("types has 5", |m| m.types.truncate(5)),
+            ("3x4294967295 pixels", |m| m.surface.height = u32::MAX),
+            ("pixel 1 is Background", |m| m.types[1] = PixelType::Background),
+            ("surface: 3, edge: 1", |m| m.counts.surface = u32::MAX),
+            ("ascend", |m| m.visible = vec![9, 7]),
+            ("ascend", |m| m.visible = vec![0, 7]),
+        ];
+        for (expected, break_it) in faults {
+            let mut broken = maps();
+            break_it(&mut broken);
+            let error = broken.check().expect_err(expected);
+            assert!(error.is_input() && error.to_string().contains(expected), "{error}");
+        }
     }
 }

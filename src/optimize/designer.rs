@@ -51,7 +51,7 @@ use std::time::{Duration, Instant};
 /// let view = View::new(&scene, camera, 64, 64)?;
 /// let (objective, shading) = (Objective::default(), Shading::default());
 /// let maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
-/// let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading);
+/// let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading)?;
 ///
 /// let genome = Genome::new(&[Role::Key, Role::Fill], LightKind::Point, &Boxes::default())?;
 /// let start = StartSettings::default();

@@ -202,7 +202,7 @@ impl Points<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Instance, Mesh, Vertex};
+    use crate::scene::{Instance, Material, Mesh, Vertex};
     use bytemuck::Zeroable;
     use proptest::prelude::*;
 
@@ -215,7 +215,12 @@ mod tests {
             ..Mesh::default()
         };
         let instance = Instance { name: String::new(), mesh: 0, world, first_polygon: 1 };
-        Scene { meshes: vec![mesh], instances: vec![instance], ..Scene::default() }
+        Scene {
+            meshes: vec![mesh],
+            materials: vec![Material::default()],
+            instances: vec![instance],
+            ..Scene::default()
+        }
     }
 
     /// Smallest and largest picture coordinates, −1..1 across the picture.

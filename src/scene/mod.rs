@@ -3,6 +3,7 @@
 mod assemble;
 pub mod build;
 pub mod camera;
+mod check;
 pub mod engine;
 pub mod framing;
 pub mod lights;

@@ -79,7 +79,7 @@ impl View {
     /// # Errors
     /// [`Error::Argument`] for a picture without pixels or with more than [`MAX_SIDE`] a side or
     /// [`MAX_PIXELS`] in all, [`Error::Input`] for a scene without extent or of a radius outside
-    /// [`RADII`].
+    /// [`RADII`], and as [`Scene::check`].
     pub fn new(scene: &Scene, camera: Camera, width: u32, height: u32) -> Result<Self> {
         check_size(width, height)?;
         let (center, radius) = bounds(scene)?;
@@ -101,6 +101,21 @@ impl View {
             eye: eye.as_vec3(),
             clip_from_frame: clip.as_mat4(),
         })
+    }
+
+    /// Whether the fields are within their bounds: the picture's size as for [`View::new`], a light frame
+    /// with a radius in [`RADII`], and finite numbers. Whatever draws or measures a view asks for it.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] with what is out of its bounds.
+    pub fn check(&self) -> Result<()> {
+        check_size(self.width, self.height)?;
+        self.frame.check()?;
+        if !(self.eye.is_finite() && self.clip_from_frame.is_finite()) {
+            let fault = "a view needs a finite eye and a finite clip_from_frame";
+            return Err(Error::Argument(fault.into()));
+        }
+        Ok(())
     }
 
     /// Whether all view rays are parallel.
@@ -150,8 +165,9 @@ pub(super) fn check_size(width: u32, height: u32) -> Result<()> {
 /// Centre of the bounding box of everything drawn and the largest distance of a vertex from it.
 ///
 /// # Errors
-/// [`Error::Input`] when nothing is drawn, or all of it in one point.
+/// [`Error::Input`] when nothing is drawn, or all of it in one point, and as [`Scene::check`].
 pub fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
+    scene.check()?;
     let vertices = || {
         scene.instances.par_iter().flat_map(|instance| {
             let mesh = &scene.meshes[instance.mesh as usize];
@@ -220,6 +236,36 @@ mod tests {
         }
         for (width, height) in [(16384, 4096), (8192, 8192), (1, 1)] {
             check_size(width, height).unwrap();
+        }
+    }
+
+    #[test]
+    fn views_with_fields_out_of_their_bounds_are_refused() {
+        let (center, radius) = (DVec3::ZERO, 1.0);
+        let lens = Projection::Perspective { yfov: 0.6 };
+        let camera = Camera::look_at(DVec3::Z * 4.0, center, DVec3::Y, lens).expect("a camera");
+        let Camera { right, up, back, .. } = camera;
+        let view = || View {
+            width: 8,
+            height: 8,
+            camera: camera.clone(),
+            frame: Frame { center, radius, right, up, back },
+            eye: Vec3::Z * 4.0,
+            clip_from_frame: Mat4::IDENTITY,
+        };
+        view().check().expect("a view");
+        let faults: [fn(&mut View); 6] = [
+            |v| v.width = 0,
+            |v| v.height = u32::MAX,
+            |v| v.frame.radius = 0.0,
+            |v| v.frame.up.x = f64::NAN,
+            |v| v.eye.y = f32::INFINITY,
+            |v| v.clip_from_frame.w_axis.x = f32::NAN,
+        ];
+        for break_it in faults {
+            let mut broken = view();
+            break_it(&mut broken);
+            assert!(broken.check().is_err_and(|error| error.is_input()), "{broken:?}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use glam::{DMat4, DQuat, DVec3};
 use klieg::lighting::{Light, LightKind, Role};
 use klieg::scene::view::{Camera, Projection, View};
-use klieg::scene::{Instance, Mesh, Scene, Vertex};
+use klieg::scene::{Instance, Material, Mesh, Scene, Vertex};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -159,7 +159,12 @@ pub fn scene() -> Scene {
         Mesh { vertices: CORNERS.map(vertex).to_vec(), indices: vec![0, 1, 2], ..Mesh::default() };
     let instance =
         Instance { name: String::new(), mesh: 0, world: DMat4::IDENTITY, first_polygon: 1 };
-    Scene { meshes: vec![mesh], instances: vec![instance], ..Scene::default() }
+    Scene {
+        meshes: vec![mesh],
+        materials: vec![Material::default()],
+        instances: vec![instance],
+        ..Scene::default()
+    }
 }
 
 /// Views of the triangle from a place without symmetry.

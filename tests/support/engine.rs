@@ -15,6 +15,7 @@ pub const ALL: EnabledFeatures = EnabledFeatures {
     geometry_shader: true,
     shader_output_layer: true,
     full_draw_index_uint32: false,
+    subgroup_size_control: false,
 };
 
 /// Each way to measure.

@@ -85,7 +85,7 @@ impl Bench {
     }
 
     pub fn evaluator(&self, maps: &Maps) -> CpuEvaluator {
-        CpuEvaluator::new(maps.clone(), &self.view, self.objective, self.shading)
+        CpuEvaluator::new(maps.clone(), &self.view, self.objective, self.shading).unwrap()
     }
 
     pub fn plain(&self, maps: &Maps, rig: &[Light]) -> Terms {

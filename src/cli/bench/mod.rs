@@ -288,7 +288,7 @@ mod tests {
         let objective = Objective::default();
         let maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
         let objects = maps.counts.object() as f32;
-        let mut evaluator = CpuEvaluator::new(maps, &view, objective, Shading::default());
+        let mut evaluator = CpuEvaluator::new(maps, &view, objective, Shading::default()).unwrap();
         let roles = Lights::number(2).unwrap().0;
         let genome = Genome::new(&roles, Kind::Point.into(), &Boxes::default()).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(1);

@@ -29,6 +29,9 @@ const BATCH: u32 = 1 << 18;
 
 /// Draws the scene. At equal depth the polygon drawn first is seen; the result does not depend on
 /// the number of threads. The background's depth is the largest object depth + 1.
+///
+/// # Panics
+/// For a scene or a view that [`Scene::check`] or [`View::check`] refuses.
 pub fn draw(scene: &Scene, view: &View) -> Surface {
     let objects: Vec<_> =
         scene.instances.iter().map(|instance| Object::new(scene, view, instance)).collect();

@@ -53,7 +53,7 @@ use std::sync::Arc;
 /// ```
 pub struct PictureEvaluator {
     generation: Option<GenerationMemory>,
-    commands: Commands,
+    commands: Vec<Commands>,
     fitness: Fitness,
     measure: Layered<Pictures>,
     stages: SurfaceStages,
@@ -68,7 +68,7 @@ impl PictureEvaluator {
     ///
     /// # Errors
     /// [`Error::Argument`] for settings out of their range and a picture larger than the device can
-    /// take, and what the device reports.
+    /// take, and [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, size: [u32; 2], objective: Objective) -> Result<Self> {
         // The engine's shading is its own.
         let shading = Shading::default();
@@ -76,7 +76,7 @@ impl PictureEvaluator {
         let measure = Layered::new(context, &memory, Pictures::new(context, &memory)?)?;
         Ok(Self {
             generation: None,
-            commands: Commands::new(context)?,
+            commands: Vec::new(),
             fitness: Fitness::new(context, &memory, &measure)?,
             measure,
             stages,
@@ -91,7 +91,8 @@ impl PictureEvaluator {
     /// into. Only depth, normals and ids count, as the engine shades the surface itself.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a format out of its range, and what the device reports.
+    /// [`Error::Argument`] for a format out of its range, and
+    /// [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// The views are of this device and of the evaluator's size, and alive as long as what is recorded
@@ -109,7 +110,8 @@ impl PictureEvaluator {
     /// reads them by texel fetch, so that any float, normalised or sRGB format will do.
     ///
     /// # Errors
-    /// [`Error::Argument`] for pictures without layers, and what the device reports.
+    /// [`Error::Argument`] for pictures without layers, and
+    /// [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// The view is a two-dimensional array of `layers` layers of the evaluator's size, on this device, and
@@ -131,8 +133,8 @@ impl PictureEvaluator {
     /// it needs. No recording of this evaluator may be in use.
     ///
     /// # Errors
-    /// [`Error::Argument`] when that is more than the device's buffers can hold, and what the device
-    /// reports.
+    /// [`Error::Argument`] when that is more than the device's buffers can hold, and
+    /// [device errors](crate::Error::is_device).
     pub fn reserve(&mut self, individuals: u32) -> Result<()> {
         self.context.check_present()?;
         let stages: (_, &mut dyn Measure) = (&mut self.memory, &mut self.measure);
@@ -163,7 +165,7 @@ impl PictureEvaluator {
     /// As [`PictureEvaluator::record_view`], submitted and waited for at once.
     ///
     /// # Errors
-    /// As [`PictureEvaluator::record_view`], and what the device reports.
+    /// As [`PictureEvaluator::record_view`], and [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// No recording of this evaluator runs; the images as for [`PictureEvaluator::record_view`].
@@ -187,9 +189,9 @@ impl PictureEvaluator {
     ///
     /// # Safety
     /// `cmd` is being recorded on this device, for the family of the context's queue; its submissions
-    /// run one after the other, none beside [`PictureEvaluator::evaluate`]; the evaluator and the
-    /// pictures outlive them. A buffer holds 4 bytes for each layer, a multiple of 4 bytes from its
-    /// front on, and may be the target of copies.
+    /// run one after the other, none beside a call of this evaluator's that evaluates, reads or reserves;
+    /// the evaluator and the pictures outlive them. A buffer holds 4 bytes for each layer, a multiple of
+    /// 4 bytes from its front on, and may be the target of copies.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
@@ -200,7 +202,7 @@ impl PictureEvaluator {
     ) -> Result<()> {
         let context = &self.context;
         context.check_present()?;
-        pictures.check(context, first_layer, count)?;
+        pictures.check((context, self.memory.size), (first_layer, count))?;
         if count == 0 {
             return Ok(());
         }
@@ -210,7 +212,7 @@ impl PictureEvaluator {
         self.measure.stage.read(pictures, first_layer);
         context.follow_earlier(cmd);
         let stages = (&self.memory, &self.measure as &dyn Measure, &self.fitness);
-        generation.record(cmd, context, stages, (count, 0), false);
+        generation.record(cmd, context, stages, (count, 0));
         // SAFETY: the caller's promises for the buffer.
         unsafe { generation.deliver(cmd, context, count, target) };
         Ok(())
@@ -219,7 +221,7 @@ impl PictureEvaluator {
     /// Reads the scores of the last recording with [`ScoreTarget::Mapped`], whose commands have run.
     ///
     /// # Errors
-    /// [`Error::Argument`] for more scores than there is room for.
+    /// [`Error::Argument`] for more scores than there is room for, and [`Error::Forgotten`].
     pub fn read_scores(&self, scores: &mut [f32]) -> Result<()> {
         GenerationMemory::read_scores(self.generation.as_ref(), scores)
     }
@@ -228,8 +230,8 @@ impl PictureEvaluator {
     /// `i`.
     ///
     /// # Errors
-    /// [`Error::Argument`] unless there are so many layers and `scores` has a place for each, and what
-    /// the device reports.
+    /// [`Error::Argument`] unless there are so many layers and `scores` has a place for each, and
+    /// [device errors](crate::Error::is_device).
     pub fn evaluate(
         &mut self,
         pictures: &ImportedPictures,
@@ -257,7 +259,8 @@ impl PictureEvaluator {
     /// One layer: its terms, and the picture that klieg has made of it.
     ///
     /// # Errors
-    /// [`Error::Argument`] unless there is such a layer, and what the device reports.
+    /// [`Error::Argument`] unless there is such a layer, and
+    /// [device errors](crate::Error::is_device).
     pub fn inspect(&mut self, pictures: &ImportedPictures, layer: u32) -> Result<Inspection> {
         let (scores, details) = self.measured(pictures, layer, 1)?;
         let picture = self.measure.first_picture(&self.memory)?;
@@ -269,7 +272,7 @@ impl PictureEvaluator {
     /// call.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn maps(&mut self) -> Result<&Maps> {
         let maps = match self.maps.take() {
             Some(maps) => maps,
@@ -307,18 +310,15 @@ impl PictureEvaluator {
 
     /// Evaluates some layers and waits for the end.
     fn run(&mut self, pictures: &ImportedPictures, first_layer: u32, count: u32) -> Result<()> {
-        pictures.check(&self.context, first_layer, count)?;
+        pictures.check((&self.context, self.memory.size), (first_layer, count))?;
         self.reserve(count)?;
         if count == 0 {
             return Ok(());
         }
         self.measure.stage.read(pictures, first_layer);
         let generation = self.generation.as_mut().expect("made by `reserve`");
-        self.commands.record(|cmd| {
-            let stages = (&self.memory, &self.measure as &dyn Measure, &self.fitness);
-            generation.record(cmd, &self.context, stages, (count, 0), false);
-            Ok(())
-        })?;
-        self.commands.run()
+        let stages = (&self.memory, &self.measure as &dyn Measure, &self.fitness);
+        generation.record_submissions(&mut self.commands, &self.context, stages, (count, 0))?;
+        self.commands.iter_mut().try_for_each(Commands::run)
     }
 }

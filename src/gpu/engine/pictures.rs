@@ -25,6 +25,7 @@ pub struct ImportedPictures {
     set: DescriptorSet,
     pipeline: Pipeline,
     layers: u32,
+    size: [u32; 2],
     context: Arc<Context>,
 }
 
@@ -35,15 +36,19 @@ impl ImportedPictures {
     }
 
     /// # Errors
-    /// [`Error::Argument`] unless these are layers of pictures on `context`.
+    /// [`Error::Argument`] unless these are layers of pictures of `size` on `context`.
     pub(in crate::gpu) fn check(
         &self,
-        context: &Arc<Context>,
-        first: u32,
-        count: u32,
+        (context, size): (&Arc<Context>, [u32; 2]),
+        (first, count): (u32, u32),
     ) -> Result<()> {
         if !Arc::ptr_eq(&self.context, context) {
             return Err(Error::Argument("the pictures are of another context".into()));
+        }
+        if self.size != size {
+            let ([width, height], [x, y]) = (self.size, size);
+            let fault = format!("pictures of {width}x{height} for an evaluator of {x}x{y}");
+            return Err(Error::Argument(fault));
         }
         match first.checked_add(count) {
             Some(end) if end <= self.layers => Ok(()),
@@ -67,24 +72,27 @@ pub(in crate::gpu) struct Pictures {
     source: Option<Source>,
     made: DescriptorSet,
     image: Option<Image>,
+    size: [u32; 2],
     layout: PipelineLayout,
     context: Arc<Context>,
 }
 
 impl Pictures {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub(in crate::gpu) fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
         let made = DescriptorSet::new(context, "made pictures", &MADE)?;
         let sets = [view.set.layout(), set_layout(context, &RENDERED)?, made.layout()];
         let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
-        Ok(Self { source: None, made, image: None, layout, context: Arc::clone(context) })
+        let (size, context) = (view.size, Arc::clone(context));
+        Ok(Self { source: None, made, image: None, size, layout, context })
     }
 
     /// Takes an engine's pictures in.
     ///
     /// # Errors
-    /// [`Error::Argument`] for pictures without layers, and what the device reports.
+    /// [`Error::Argument`] for pictures without layers, and
+    /// [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// The view is an array of this device, of so many layers at least as large as the picture, and
@@ -107,7 +115,7 @@ impl Pictures {
         let constants = [x, y, encoded.into(), red.into()];
         let (context, spirv) = (Arc::clone(&self.context), shaders::PICTURES_COMP);
         let pipeline = Pipeline::compute(&context, self.stem(), spirv, &self.layout, &constants)?;
-        Ok(ImportedPictures { set, pipeline, layers, context })
+        Ok(ImportedPictures { set, pipeline, layers, size: self.size, context })
     }
 
     /// Lets the next recording read these pictures, the first of a population at `first_layer`.
@@ -171,7 +179,7 @@ impl PictureStage for Pictures {
         let sets = [view.set.raw(), *set, self.made.raw()];
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let [x, y, _] = view.pixel_groups();
-        let device = self.context.device();
+        let device = self.context.recorder();
         // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made for
         // this layout.
         unsafe {

@@ -89,8 +89,8 @@ impl SurfaceStages {
     /// With the memory of a view of `size`; its maps are those of an empty picture.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] for settings out of their range and a picture larger than the device
-    /// can take, and what the device reports.
+    /// [`crate::Error::Argument`] for settings out of their range and a picture larger than the
+    /// device can take, and [device errors](crate::Error::is_device).
     pub(in crate::gpu) fn new(
         context: &Arc<Context>,
         [width, height]: [u32; 2],
@@ -139,7 +139,7 @@ impl SurfaceStages {
                 // cleared.
                 unsafe {
                     let range = [image.range()];
-                    context.device().cmd_clear_color_image(
+                    context.recorder().cmd_clear_color_image(
                         cmd,
                         image.raw(),
                         layout,
@@ -165,7 +165,8 @@ impl SurfaceStages {
     /// Takes an engine's images in.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] for a format out of its range, and what the device reports.
+    /// [`crate::Error::Argument`] for a format out of its range, and
+    /// [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// The views are of this device, and alive as long as what is recorded with the result runs.
@@ -234,7 +235,7 @@ impl SurfaceStages {
         let [x, y, z] = memory.pixel_groups();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         context.labelled(cmd, "surface", || {
-            let device = context.device();
+            let device = context.recorder();
             // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`.
             unsafe {
                 device.cmd_bind_pipeline(cmd, point, self.stage.raw());
@@ -332,9 +333,9 @@ impl SurfaceEvaluator {
     /// For pictures of `size` (width and height, pixels).
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] for settings out of their range and a picture larger than the device
-    /// can take, [`crate::Error::Unsupported`] for a pipeline that the device was not imported for,
-    /// and what the device reports.
+    /// [`crate::Error::Argument`] for settings out of their range and a picture larger than the
+    /// device can take, [`crate::Error::Unsupported`] for a pipeline that the device was not
+    /// imported for, and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         size: [u32; 2],
@@ -353,7 +354,8 @@ impl SurfaceEvaluator {
     /// Takes an engine's images in: once for each set of images that the engine draws into.
     ///
     /// # Errors
-    /// [`crate::Error::Argument`] for a format out of its range, and what the device reports.
+    /// [`crate::Error::Argument`] for a format out of its range, and
+    /// [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// The views are of this device and of the evaluator's size, and alive as long as what is recorded
@@ -395,7 +397,7 @@ impl SurfaceEvaluator {
     /// As [`SurfaceEvaluator::record_view`], submitted and waited for at once.
     ///
     /// # Errors
-    /// As [`SurfaceEvaluator::record_view`], and what the device reports.
+    /// As [`SurfaceEvaluator::record_view`], and [device errors](crate::Error::is_device).
     ///
     /// # Safety
     /// No recording of this evaluator runs; the images as for [`SurfaceEvaluator::record_view`].

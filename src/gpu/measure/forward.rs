@@ -42,8 +42,8 @@ struct Target {
 
 impl ForwardDraw {
     /// # Errors
-    /// [`crate::Error::Unsupported`] when the device cannot hand so much to the fragments, and what
-    /// it reports.
+    /// [`crate::Error::Unsupported`] when the device cannot hand so much to the fragments, and
+    /// [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, scene: Drawable) -> Result<Self> {
         let limits = context.limits();
         let components = limits
@@ -143,7 +143,7 @@ impl PictureStage for ForwardDraw {
         let clear = [vk::ClearValue { color: background }, vk::ClearValue::default()];
         let (pass, pipeline) = (self.pass, self.pipelines.of(lights));
         pass.begin(cmd, &self.target().framebuffer, &clear, pipeline);
-        let (device, layout) = (self.context.device(), self.layout.raw());
+        let (device, layout) = (self.context.recorder(), self.layout.raw());
         let (point, set) = (vk::PipelineBindPoint::GRAPHICS, [self.lights.raw()]);
         // SAFETY: `cmd` is being recorded on this device, in the pass that has begun; the set is
         // alive and was made for this layout.

@@ -7,18 +7,24 @@ use crate::gpu::Context;
 use crate::gpu::layout::{AppearancePart, Chunk, Detail, GradientPart, MomentPart, binding};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
-use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, HOST_READ, StageTimer};
+use crate::gpu::vulkan::commands::{
+    COMPUTE_READ, COMPUTE_WRITE, COPY_READ, Commands, HOST_READ, StageTimer,
+};
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::Pipeline;
 use crate::gpu::vulkan::staging;
-use crate::lighting::LightRecord;
+use crate::lighting::{LightRecord, MAX_LIGHTS};
 use crate::objective::Needs;
 use crate::{Error, Result};
 use ash::vk;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Stages of a chunk, at most.
 const STAGES: u32 = 5;
+/// Most work of one submission: pixels of all pictures, times the lights of a rig. Slow GPUs take about a
+/// second for it; drivers take a submission of several for a hang, and reset the device.
+const SUBMISSION_WORK: u64 = 1 << 30;
 
 /// Where a recorded evaluation leaves its scores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,13 +58,13 @@ pub trait Measure {
     /// Pictures that it can hold, a multiple of the block; 0 when it cannot hold any.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn largest_chunk(&self, view: &ViewMemory) -> Result<u32>;
 
     /// Makes what rigs of `lights` lights need, unless it is there.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
 
     /// Whether that is there.
@@ -67,7 +73,7 @@ pub trait Measure {
     /// Makes room for `chunk` pictures; the lights will be in `lights`.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()>;
 
     /// Records what has to be known of a view whose maps the commands before have made, visible to
@@ -88,7 +94,7 @@ pub trait Measure {
     /// The first picture of the last chunk: `I`, 0 in the background, rows from the top.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn first_picture(&self, view: &ViewMemory) -> Result<Vec<f32>>;
 }
 
@@ -97,7 +103,7 @@ pub struct Fitness(Pipeline);
 
 impl Fitness {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, measure: &dyn Measure) -> Result<Self> {
         let appearance = view.objective.needs() != Needs::NONE;
         let constants = [FITNESS_GROUP, HISTOGRAM_BINS, measure.bin_bits(), appearance.into()];
@@ -105,6 +111,9 @@ impl Fitness {
         Pipeline::compute(context, "fitness", spirv, &view.layout, &constants).map(Self)
     }
 }
+
+/// What a generation's stages are recorded from.
+pub type Stages<'a> = (&'a ViewMemory, &'a dyn Measure, &'a Fitness);
 
 /// The device memory of a generation; it only ever grows.
 pub struct GenerationMemory {
@@ -123,6 +132,12 @@ pub struct GenerationMemory {
     individuals: u32,
     records: usize,
     entries: [u32; 2],
+    /// Pixels of a picture.
+    pixels: u64,
+    /// Individuals that are measured together.
+    block: u32,
+    /// Most work of one submission: [`SUBMISSION_WORK`], or less in tests.
+    pub submission_work: u64,
     _parts: [Buffer; 4],
 }
 
@@ -131,7 +146,7 @@ impl GenerationMemory {
     ///
     /// # Errors
     /// [`Error::Argument`] when these or the picture are more than the device's buffers can hold,
-    /// and what the device reports.
+    /// and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         view: &mut ViewMemory,
@@ -139,8 +154,19 @@ impl GenerationMemory {
         (individuals, records): (u32, usize),
     ) -> Result<Self> {
         let entries = measure.entries();
-        let chunk =
-            chunk(context, view, measure)?.min(individuals.next_multiple_of(measure.block()));
+        let lights = (records * size_of::<LightRecord>()) as u64 + LIGHT_MARGIN;
+        let details = u64::from(individuals) * size_of::<Detail>() as u64;
+        let largest = u64::from(context.limits().max_storage_buffer_range);
+        if lights.max(details) > largest {
+            return Err(Error::Argument(format!(
+                "{individuals} individuals are more than the device's buffers can hold"
+            )));
+        }
+        let (largest, block) = (chunk(context, view, measure)?, measure.block());
+        let chunk = individuals.checked_next_multiple_of(block).map_or(largest, |n| n.min(largest));
+        let pixels = view.size.map(u64::from).iter().product();
+        let least = submission_size(SUBMISSION_WORK, pixels, MAX_LIGHTS, block);
+        let most_chunks = individuals.div_ceil(chunk) + individuals.div_ceil(least);
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let device = |name, bytes| Buffer::new(context, name, bytes, storage, Access::Device);
         let bytes = part_bytes(view, measure).map(|b| b * u64::from(chunk));
@@ -151,14 +177,6 @@ impl GenerationMemory {
             device("gradient parts", gradient)?,
             device("appearance parts", appearance.max(size_of::<AppearancePart>() as u64))?,
         ];
-        let lights = (records * size_of::<LightRecord>()) as u64 + LIGHT_MARGIN;
-        let details = u64::from(individuals) * size_of::<Detail>() as u64;
-        let largest = u64::from(context.limits().max_storage_buffer_range);
-        if lights.max(details) > largest {
-            return Err(Error::Argument(format!(
-                "{individuals} individuals are more than the device's buffers can hold"
-            )));
-        }
         let lights_usage =
             storage | vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
         let details_usage = storage | vk::BufferUsageFlags::TRANSFER_SRC;
@@ -167,12 +185,15 @@ impl GenerationMemory {
             lights: Buffer::new(context, "lights", lights, lights_usage, Access::Upload)?,
             scores: Buffer::new(context, "scores", scores, details_usage, Access::Readback)?,
             details: Buffer::new(context, "details", details, details_usage, Access::Device)?,
-            timer: StageTimer::new(context, STAGES * individuals.div_ceil(chunk))?,
+            timer: StageTimer::new(context, STAGES * most_chunks)?,
             untimed: StageTimer::new(context, 0)?,
             chunk,
             individuals,
             records,
             entries,
+            pixels,
+            block,
+            submission_work: SUBMISSION_WORK,
             _parts: parts,
         };
         measure.allocate(view, chunk, &memory.lights)?;
@@ -218,25 +239,70 @@ impl GenerationMemory {
         individuals <= self.individuals && records <= self.records
     }
 
-    /// Records a generation of `individuals` rigs of `lights` lights, which klieg submits itself and
-    /// times, or which an engine submits.
+    /// Records a generation of `individuals` rigs of `lights` lights into an engine's commands.
     pub fn record(
         &mut self,
         cmd: vk::CommandBuffer,
         context: &Context,
-        (view, measure, fitness): (&ViewMemory, &dyn Measure, &Fitness),
+        stages: Stages<'_>,
         (individuals, lights): (u32, usize),
+    ) {
+        self.record_part(cmd, context, stages, (0..individuals, lights), false);
+    }
+
+    /// Records a generation of `individuals` rigs of `lights` lights into klieg's own commands, with its
+    /// times: into one for each submission, which are then to be run in order.
+    ///
+    /// # Errors
+    /// [Device errors](crate::Error::is_device).
+    pub fn record_submissions(
+        &mut self,
+        commands: &mut Vec<Commands>,
+        context: &Arc<Context>,
+        stages: Stages<'_>,
+        (individuals, lights): (u32, usize),
+    ) -> Result<()> {
+        let parts = self.submissions(individuals, lights);
+        commands.truncate(parts.len());
+        for (i, part) in parts.into_iter().enumerate() {
+            if commands.len() == i {
+                commands.push(Commands::new(context)?);
+            }
+            commands[i].record(|cmd| {
+                if part.start == 0 {
+                    self.timer.reset(cmd);
+                }
+                self.record_part(cmd, context, stages, (part, lights), true);
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The individuals of each submission.
+    fn submissions(&self, individuals: u32, lights: usize) -> Vec<Range<u32>> {
+        let step = submission_size(self.submission_work, self.pixels, lights, self.block);
+        let part = |first: u32| first..first.saturating_add(step).min(individuals);
+        (0..individuals).step_by(step as usize).map(part).collect()
+    }
+
+    /// Records some individuals, chunk by chunk.
+    fn record_part(
+        &mut self,
+        cmd: vk::CommandBuffer,
+        context: &Context,
+        (view, measure, fitness): Stages<'_>,
+        (part, lights): (Range<u32>, usize),
         timed: bool,
     ) {
         let timer = if timed { &mut self.timer } else { &mut self.untimed };
-        timer.reset(cmd);
         let [histogram_entries, entries] = self.entries;
-        for first in (0..individuals).step_by(self.chunk as usize) {
-            if first > 0 {
+        for first in part.clone().step_by(self.chunk as usize) {
+            if first > part.start {
                 // The last chunk's `fitness` has read what this one's stages write.
                 context.barrier(cmd, COMPUTE_READ, COMPUTE_WRITE);
             }
-            let count = self.chunk.min(individuals - first);
+            let count = self.chunk.min(part.end - first);
             let chunk = Chunk {
                 first,
                 histogram_entries,
@@ -268,32 +334,35 @@ impl GenerationMemory {
         if let ScoreTarget::Buffer { buffer, offset } = target {
             let region = [vk::BufferCopy::default().dst_offset(offset).size(4 * u64::from(count))];
             // SAFETY: the caller's promises for `cmd` and the buffer.
-            unsafe { context.device().cmd_copy_buffer(cmd, self.scores.raw(), buffer, &region) };
+            unsafe { context.recorder().cmd_copy_buffer(cmd, self.scores.raw(), buffer, &region) };
         }
     }
 
     /// Reads the scores of the generation that has run, of as many individuals as there are places.
     ///
     /// # Errors
-    /// [`Error::Argument`] for more than there is room for in `held`.
+    /// [`Error::Argument`] for more than there is room for in `held`, [`Error::Forgotten`].
     pub fn read_scores(held: Option<&Self>, scores: &mut [f32]) -> Result<()> {
         match held.filter(|g| g.scores.size() >= size_of_val(scores) as u64) {
             Some(generation) => generation.scores.read(scores),
-            None => {
-                let fault = format!("no room was made for {} scores", scores.len());
-                return Err(Error::Argument(fault));
-            }
+            None => Err(Error::Argument(format!("no room was made for {} scores", scores.len()))),
         }
-        Ok(())
     }
 
     /// Terms and statistics of the first `count` individuals of the generation that has run.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn read_details(&self, context: &Arc<Context>, count: usize) -> Result<Vec<Detail>> {
         staging::read_buffer(context, &self.details, count)
     }
+}
+
+/// Individuals of a submission: whole blocks that make no more than `most_work`, or one.
+fn submission_size(most_work: u64, pixels: u64, lights: usize, block: u32) -> u32 {
+    let each = pixels * lights.max(1) as u64;
+    let most = u32::try_from(most_work / each).unwrap_or(u32::MAX);
+    (most - most % block).max(block)
 }
 
 /// Bytes of the partial histograms, moments, gradients and, where the objective needs any, appearances of
@@ -332,5 +401,24 @@ fn chunk(context: &Context, view: &ViewMemory, measure: &dyn Measure) -> Result<
             view.size[0], view.size[1]
         ))),
         whole => Ok(whole),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn submissions_are_bounded_in_whole_blocks() {
+        let size = |pixels, lights, block| submission_size(SUBMISSION_WORK, pixels, lights, block);
+        // 30 rigs of 16 lights at 1920x1080, and of 2 at 3840x2160, go at once.
+        assert!(size(1920 * 1080, 16, 4) >= 30);
+        assert!(size(3840 * 2160, 2, 4) >= 30);
+        assert_eq!(size(1 << 20, 2, 4), 512);
+        assert_eq!(size((1 << 20) + 1, 2, 4), 508);
+        assert_eq!(size(1 << 20, 0, 1), 1024, "pictures that come without lights");
+        assert_eq!(size(1 << 26, 16, 4), 4, "a block is never divided");
+        assert_eq!(size(1, 1, 4), 1 << 30);
+        assert_eq!(submission_size(u64::MAX, 1, 1, 4), u32::MAX - 3);
     }
 }

@@ -30,7 +30,7 @@ pub struct Layered<S> {
 
 impl<S: PictureStage> Layered<S> {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, stage: S) -> Result<Self> {
         let reduction = |stem, spirv, rows, constants: &[u32]| {
             let pipeline = Pipeline::compute(context, stem, spirv, &view.layout, constants)?;
@@ -117,7 +117,7 @@ impl<S: PictureStage> Measure for Layered<S> {
             Ok(())
         })?;
         let mut picture = vec![0.0; pixels];
-        out.read(&mut picture);
+        out.read(&mut picture)?;
         // The device marks the background by a negative value.
         picture.iter_mut().for_each(|value: &mut f32| *value = value.max(0.0));
         Ok(picture)

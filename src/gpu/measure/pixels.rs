@@ -46,7 +46,7 @@ impl Pixels {
     ///
     /// # Errors
     /// [`crate::Error::Unsupported`] when the list is more than the device's buffers can hold, and
-    /// what the device reports.
+    /// [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         view: &ViewMemory,
@@ -129,7 +129,7 @@ impl Pixels {
         [x, y, z]: [u32; 3],
         (push, window): (&Chunk, u32),
     ) {
-        let device = self.context.device();
+        let device = self.context.recorder();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let sets = [view.set.raw(), self.set.raw()];
         // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`,
@@ -185,6 +185,7 @@ mod tests {
             for at in (0..maps.types.len()).step_by(5) {
                 let object = maps.types[at] != PixelType::Background;
                 maps.types[at] = if object { PixelType::Background } else { PixelType::Edge };
+                maps.surface.code[at] = u32::from(!object);
             }
             let count = |kind| maps.types.iter().filter(|&&k| k == kind).count() as u32;
             maps.counts.surface = count(PixelType::Surface);

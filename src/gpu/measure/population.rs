@@ -40,7 +40,7 @@ pub trait PictureStage {
     /// lights have rigs of none.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
 
     /// Whether that is there.
@@ -49,7 +49,7 @@ pub trait PictureStage {
     /// Makes room for `count` pictures; the lights will be in `lights`.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn allocate(&mut self, size: [u32; 2], count: u32, lights: &Buffer) -> Result<()>;
 
     /// One layer for each picture; `SHADER_READ_ONLY_OPTIMAL` after the stage.
@@ -82,7 +82,7 @@ pub struct StoredDraw {
 
 impl StoredDraw {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>) -> Result<Self> {
         let pass = render_pass(context)?;
         let context = Arc::clone(context);
@@ -147,7 +147,7 @@ impl PictureStage for StoredDraw {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        let device = self.context.device();
+        let device = self.context.recorder();
         self.pass.begin(cmd, &self.target().framebuffer, &[], self.pipelines.of(lights));
         let (point, layout) = (vk::PipelineBindPoint::GRAPHICS, view.layout.raw());
         // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made
@@ -164,7 +164,7 @@ impl PictureStage for StoredDraw {
 /// Layers and bytes that an image of pictures can have at most, `written` in this way.
 ///
 /// # Errors
-/// What the device reports.
+/// [Device errors](crate::Error::is_device).
 pub fn limits(
     context: &Context,
     written: vk::ImageUsageFlags,
@@ -175,7 +175,7 @@ pub fn limits(
 /// An image of `count` pictures, `written` in this way.
 ///
 /// # Errors
-/// What the device reports.
+/// [Device errors](crate::Error::is_device).
 pub fn pictures(
     context: &Arc<Context>,
     [width, height]: [u32; 2],

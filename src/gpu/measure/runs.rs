@@ -51,8 +51,8 @@ impl Runs {
     /// For a view with at most `objects` object pixels, whose records and types are there.
     ///
     /// # Errors
-    /// [`crate::Error::Unsupported`] when the object pixels are more than fit, and what the device
-    /// reports.
+    /// [`crate::Error::Unsupported`] when the object pixels are more than fit, and
+    /// [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, objects: u32) -> Result<Self> {
         if !Self::fits(context, objects) {
             let lacks = format!("pipeline compute for {objects} object pixels");
@@ -185,10 +185,8 @@ pub const LIGHT_MARGIN: u64 = (WINDOW * LIGHT_BYTES) as u64;
 
 #[cfg(test)]
 mod tests {
-    use super::super::generation::{Fitness, GenerationMemory};
     use super::*;
     use crate::gpu::testing;
-    use crate::gpu::vulkan::commands::Commands;
     use crate::lighting::shading::Shading;
     use crate::objective::Objective;
 
@@ -198,14 +196,7 @@ mod tests {
         const LIGHTS: usize = 3;
         let context = testing::context();
         let (maps, view) = testing::maps(37, 29);
-        let light = |i: usize| LightRecord {
-            position: [(i % 5) as f32 - 2.0, (i % 7) as f32 - 3.0, 3.0],
-            radius2: [0.0, 9.0, 4.0][i % 3],
-            diffuse: 0.1 * (i % 9) as f32,
-            specular: 0.5,
-            ..LightRecord::DARK
-        };
-        let records: Vec<LightRecord> = (0..INDIVIDUALS as usize * LIGHTS).map(light).collect();
+        let lights = testing::lights(INDIVIDUALS as usize * LIGHTS);
         let scores = |alignment: u32| {
             let (objective, shading) = (Objective::default(), Shading::default());
             let mut memory =
@@ -213,21 +204,7 @@ mod tests {
             let mut runs = Runs::new(&context, &memory, maps.counts.object()).unwrap();
             assert!(alignment.is_multiple_of(runs.alignment));
             runs.alignment = alignment;
-            runs.prepare(&memory, LIGHTS).unwrap();
-            let fitness = Fitness::new(&context, &memory, &runs).unwrap();
-            let size = (INDIVIDUALS, records.len());
-            let mut generation =
-                GenerationMemory::new(&context, &mut memory, &mut runs, size).unwrap();
-            generation.lights.write(&records);
-            Commands::once(&context, |cmd| {
-                let stages = (&memory, &runs as &dyn Measure, &fitness);
-                generation.record(cmd, &context, stages, (INDIVIDUALS, LIGHTS), false);
-                Ok(())
-            })
-            .unwrap();
-            let mut scores = vec![0.0f32; INDIVIDUALS as usize];
-            generation.scores.read(&mut scores);
-            scores
+            testing::scores(&context, (&mut memory, &mut runs), (INDIVIDUALS, &lights))
         };
         // The most that Vulkan lets a device ask for, and a block's lights.
         let [before, with] = [256, BLOCK * LIGHTS as u32 * LIGHT_BYTES].map(scores);

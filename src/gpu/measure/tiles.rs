@@ -8,6 +8,7 @@ use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, Tile};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
+use crate::gpu::vulkan::choice::Subgroups;
 use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
 };
@@ -23,6 +24,7 @@ pub struct Tiles {
     /// Where the views change.
     list_stage: Option<Pipeline>,
     count: u32,
+    subgroups: Subgroups,
     picture: Buffer,
     layout: PipelineLayout,
     set: DescriptorSet,
@@ -34,7 +36,7 @@ impl Tiles {
     /// For a view whose records and types are there and stay.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
         let tiles = tiles(&types(context, view)?, view.size);
         let list = Buffer::of(context, "tiles", &tiles, vk::BufferUsageFlags::STORAGE_BUFFER)?;
@@ -44,7 +46,7 @@ impl Tiles {
     /// For views that the stage `tile_list` looks through, all of the same size.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn of_any_view(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
         let [columns, rows] = view.size.map(|side| side.div_ceil(SIDE));
         let count = columns * rows;
@@ -58,6 +60,8 @@ impl Tiles {
     }
 
     fn of(context: &Arc<Context>, view: &ViewMemory, list: Buffer, count: u32) -> Result<Self> {
+        let subgroups =
+            context.tiles().ok_or_else(|| context.unsupported("pipeline tiles".into()))?;
         let picture = picture(context, view)?;
         let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
         let bindings = [(0, kind.0, kind.1), (1, kind.0, kind.1)];
@@ -70,6 +74,7 @@ impl Tiles {
             stages: ByLights::default(),
             list_stage: None,
             count,
+            subgroups,
             picture,
             layout,
             set,
@@ -101,11 +106,13 @@ impl Measure for Tiles {
     }
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
-        let subgroup = self.context.report().subgroup_size;
-        let constants = [TILES_GROUP, lights as u32, subgroup, SIDE, BLOCK];
-        let (spirv, layout) = (shaders::TILES_COMP, &self.layout);
-        let make = || Pipeline::compute(&self.context, "tiles", spirv, layout, &constants);
-        self.stages.prepare(lights, make)
+        let (context, spirv, layout) = (&self.context, shaders::TILES_COMP, &self.layout);
+        let Subgroups { size, required } = self.subgroups;
+        let constants = [TILES_GROUP, lights as u32, size, SIDE, BLOCK];
+        let required = required.then_some(size);
+        self.stages.prepare(lights, || {
+            Pipeline::compute_in_subgroups(context, "tiles", spirv, layout, &constants, required)
+        })
     }
 
     fn prepared(&self, lights: usize) -> bool {
@@ -118,7 +125,7 @@ impl Measure for Tiles {
 
     fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
         let Some(list_stage) = &self.list_stage else { return };
-        let device = self.context.device();
+        let device = self.context.recorder();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let sets = [view.set.raw(), self.set.raw()];
         let [columns, rows] = view.size.map(|side| side.div_ceil(SIDE));
@@ -144,7 +151,7 @@ impl Measure for Tiles {
         lights: usize,
     ) {
         let stage = self.stages.of(lights);
-        let device = self.context.device();
+        let device = self.context.recorder();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let sets = [view.set.raw(), self.set.raw()];
         timer.stage(cmd, "tiles", || {
@@ -173,7 +180,7 @@ fn picture(context: &Arc<Context>, view: &ViewMemory) -> Result<Buffer> {
     let picture = Buffer::new(context, "picture", size, usage, Access::Device)?;
     Commands::once(context, |cmd| {
         // SAFETY: the buffer, of whole words, is alive and may be filled.
-        unsafe { context.device().cmd_fill_buffer(cmd, picture.raw(), 0, vk::WHOLE_SIZE, 0) };
+        unsafe { context.recorder().cmd_fill_buffer(cmd, picture.raw(), 0, vk::WHOLE_SIZE, 0) };
         Ok(())
     })?;
     Ok(picture)
@@ -190,7 +197,7 @@ fn types(context: &Arc<Context>, view: &ViewMemory) -> Result<Vec<u32>> {
         context.barrier(cmd, COPY_WRITE, HOST_READ);
         Ok(())
     })?;
-    out.read(&mut types);
+    out.read(&mut types)?;
     Ok(types)
 }
 
@@ -214,6 +221,9 @@ fn tiles(types: &[u32], [width, height]: [u32; 2]) -> Vec<Tile> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::testing;
+    use crate::lighting::shading::Shading;
+    use crate::objective::Objective;
 
     #[test]
     fn only_tiles_with_an_object_pixel_are_listed() {
@@ -227,5 +237,27 @@ mod tests {
         ];
         assert_eq!(tiles(&types, [70, 40]), expected);
         assert_eq!(tiles(&[0; 12], [4, 3]), []);
+    }
+
+    #[test]
+    fn required_subgroups_give_the_same_bits() {
+        const INDIVIDUALS: u32 = 6;
+        let (maps, view) = testing::maps(70, 41);
+        let lights = testing::lights(INDIVIDUALS as usize * 2);
+        let scores = |required: bool| {
+            let context = testing::context();
+            let (objective, shading) = (Objective::default(), Shading::default());
+            let mut memory =
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+            let mut tiles = Tiles::new(&context, &memory).unwrap();
+            tiles.subgroups.required = required;
+            let measured = (&mut memory, &mut tiles as &mut dyn Measure);
+            let scores = testing::scores(&context, measured, (INDIVIDUALS, &lights));
+            testing::assert_valid(&context);
+            scores
+        };
+        let [left, required] = [false, true].map(scores);
+        assert_eq!(left, required);
+        assert!(required.iter().all(|score| score.is_finite()) && required[0] != required[5]);
     }
 }

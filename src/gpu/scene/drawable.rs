@@ -35,14 +35,15 @@ impl Drawable {
     ///
     /// # Errors
     /// [`crate::Error::Unsupported`] when something of the scene is more than the device can take,
-    /// [`crate::Error::Input`] when it has more vertices than Vulkan can address, and what the
-    /// device reports.
+    /// [`crate::Error::Input`] when it has more vertices than Vulkan can address and as
+    /// [`Scene::check`], and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,
         view: &View,
         shading: &Shading,
     ) -> Result<Self> {
+        scene.check()?;
         let draws = draws(scene)?;
         let geometry = Geometry::new(context, scene, view)?;
         let textures = Textures::new(context, scene)?;
@@ -80,7 +81,7 @@ impl Drawable {
         layout: PipelineLayout,
         (first_light, individuals): (u32, Option<u32>),
     ) {
-        let (device, layout) = (self.context.device(), layout.raw());
+        let (device, layout) = (self.context.recorder(), layout.raw());
         let graphics = vk::PipelineBindPoint::GRAPHICS;
         // SAFETY: `cmd` is being recorded on this device; everything bound belongs to `self`, and
         // the layout came from it.

@@ -132,8 +132,8 @@ impl Geometry {
     /// Uploads the scene as it stands in the light frame of `view`.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] when a buffer is more than the device can take, and what the device
-    /// reports.
+    /// [`Error::Unsupported`] when a buffer is more than the device can take, and
+    /// [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, scene: &Scene, view: &View) -> Result<Self> {
         let instances: Vec<_> =
             scene.instances.iter().map(|i| InstanceRecord::new(scene, view, i)).collect();

@@ -29,8 +29,8 @@ impl Textures {
     /// Uploads the textures.
     ///
     /// # Errors
-    /// [`crate::Error::Unsupported`] when a texture is larger than the device can take, and what the
-    /// device reports.
+    /// [`crate::Error::Unsupported`] when a texture is larger than the device can take, and
+    /// [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, scene: &Scene) -> Result<Self> {
         let white = Texture {
             name: "white".into(),
@@ -86,7 +86,7 @@ impl Textures {
         let sizes =
             [vk::DescriptorPoolSize { ty: KIND, descriptor_count: MATERIAL_TEXTURES * count }];
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(count).pool_sizes(&sizes);
-        let device = self.context.device();
+        let device = self.context.device()?;
         // SAFETY: the device is alive and every info complete; what is made belongs to `self`.
         unsafe {
             self.pool =
@@ -120,7 +120,7 @@ impl Textures {
                 .descriptor_type(KIND)
                 .image_info(&info);
             // SAFETY: set, view and sampler belong to `self` and are alive; the set is not in use.
-            unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
+            unsafe { self.context.device()?.update_descriptor_sets(&[write], &[]) };
         }
         Ok(())
     }
@@ -142,9 +142,9 @@ impl Textures {
             .address_mode_u(mode(wrap[0]))
             .address_mode_v(mode(wrap[1]))
             .max_lod(vk::LOD_CLAMP_NONE);
+        let device = self.context.device()?;
         // SAFETY: the device is alive; `info` is complete.
-        let sampler =
-            unsafe { self.context.device().create_sampler(&info, None) }.call("vkCreateSampler")?;
+        let sampler = unsafe { device.create_sampler(&info, None) }.call("vkCreateSampler")?;
         self.samplers.push((wrap, sampler));
         Ok(sampler)
     }
@@ -153,7 +153,7 @@ impl Textures {
 impl Drop for Textures {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work that uses the textures; null handles are allowed.
-        self.context.destroy(|device| unsafe {
+        self.context.unless_gone(|device| unsafe {
             device.destroy_descriptor_pool(self.pool, None);
             for (_, sampler) in &self.samplers {
                 device.destroy_sampler(*sampler, None);

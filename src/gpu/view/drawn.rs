@@ -37,10 +37,10 @@ pub struct Drawn {
 /// device.
 ///
 /// # Errors
-/// [`crate::Error::Argument`] for a picture larger than the device can draw,
-/// [`crate::Error::Unsupported`] when something of the scene is more than it can take,
-/// [`crate::Error::Input`] for a scene with more vertices than Vulkan can address, and what the
-/// device reports.
+/// [`crate::Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
+/// [`crate::Error::Unsupported`] when something of the scene is more than the device can take,
+/// [`crate::Error::Input`] for a scene with more vertices than Vulkan can address and as
+/// [`Scene::check`], and [device errors](crate::Error::is_device).
 pub fn draw(
     context: &Arc<Context>,
     scene: &Scene,
@@ -92,7 +92,7 @@ impl Drawn {
     /// Object pixels of the view.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn objects(&self, memory: &ViewMemory) -> Result<u32> {
         Ok(memory.read_statistics()?.objects())
     }
@@ -100,7 +100,7 @@ impl Drawn {
     /// Reads the maps back from the view's memory.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn read(&self, memory: &ViewMemory) -> Result<Maps> {
         let g_buffer = memory.g_buffer.as_ref().expect("the view was drawn into it");
         let reader = Reader::new(&self.context, memory.size)?;
@@ -172,7 +172,7 @@ impl Reader {
             Ok(())
         })?;
         let mut out = vec![T::zeroed(); self.pixels];
-        self.buffer.read(&mut out);
+        self.buffer.read(&mut out)?;
         Ok(out)
     }
 

@@ -54,7 +54,7 @@ impl MapStages {
     ///
     /// # Errors
     /// [`crate::Error::Unsupported`] when there are more polygons or pixels than the device can
-    /// take, and what the device reports.
+    /// take, and [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, polygons: Option<u32>) -> Result<Self> {
         let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
         let bindings: [Binding; 3] = [0, 1, 2].map(|number| (number, kind.0, kind.1));
@@ -92,7 +92,7 @@ impl MapStages {
     /// Records the stages. The G-buffer must be visible to compute shaders; what they leave is too,
     /// and to copies.
     pub fn record(&self, cmd: vk::CommandBuffer, view: &ViewMemory, timer: &mut StageTimer) {
-        let device = self.context.device();
+        let device = self.context.recorder();
         for buffer in [&self.depth_range, &self.visible, &view.statistics] {
             // SAFETY: `cmd` is being recorded, and the buffers, of whole words, are alive.
             unsafe { device.cmd_fill_buffer(cmd, buffer.raw(), 0, vk::WHOLE_SIZE, 0) };

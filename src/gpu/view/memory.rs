@@ -16,8 +16,9 @@
 //!   counts and `G_n`.
 //!
 //! A generation needs types, records and statistics; [`ViewMemory::with_maps`] uploads them from
-//! plain maps instead. Every image stays in layout `GENERAL`, and whoever writes one makes it
-//! visible to compute and fragment shaders before the commands end.
+//! plain maps instead. Every image stays in layout `GENERAL`. What a recording writes, later
+//! recordings see: each of klieg's begins with a barrier after all before it
+//! ([`Commands::record`]; in an engine's commands [`Context::follow_earlier`]).
 
 use crate::gpu::Context;
 use crate::gpu::layout::{self, Chunk, Detail, Parameters, ViewStatistics, binding};
@@ -93,14 +94,15 @@ impl ViewMemory {
     /// Memory for a view; the records, the types and the statistics are yet to be written.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a picture larger than the device can draw, and what the device
-    /// reports.
+    /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
+    /// and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         view: &View,
         objective: &Objective,
         shading: &Shading,
     ) -> Result<Self> {
+        view.check()?;
         let size = [view.width, view.height];
         let largest = context.report().max_size;
         if size.iter().any(|&side| side > largest) {
@@ -153,7 +155,7 @@ impl ViewMemory {
     /// storage images, the stage `surface` writes.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn add_g_buffer(&mut self, written: vk::ImageUsageFlags) -> Result<&GBuffer> {
         let g_buffer = GBuffer::new(&self.context, self.size, written)?;
         for (number, image) in g_buffer.images() {
@@ -166,7 +168,8 @@ impl ViewMemory {
     /// Memory for the view that `maps` describes, ready for a generation.
     ///
     /// # Errors
-    /// As [`ViewMemory::new`]; [`Error::Argument`] when the maps have another size than the view.
+    /// As [`ViewMemory::new`] and [`Maps::check`]; [`Error::Argument`] when the maps have another size than
+    /// the view.
     pub fn with_maps(
         context: &Arc<Context>,
         maps: &Maps,
@@ -181,6 +184,7 @@ impl ViewMemory {
                 surface.width, surface.height, view.width, view.height
             )));
         }
+        maps.check()?;
         let memory = Self::new(context, view, objective, shading)?;
         let types: Vec<u32> = maps.types.iter().map(|&kind| kind as u32).collect();
         let records = records(maps, shading);
@@ -200,7 +204,7 @@ impl ViewMemory {
             // SAFETY: both buffers are alive and hold the statistics.
             unsafe {
                 let (from, to) = (statistics.raw(), memory.statistics.raw());
-                context.device().cmd_copy_buffer(cmd, from, to, &region);
+                context.recorder().cmd_copy_buffer(cmd, from, to, &region);
             }
             Ok(())
         })?;
@@ -226,7 +230,7 @@ impl ViewMemory {
     /// Reads the statistics back.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn read_statistics(&self) -> Result<ViewStatistics> {
         Ok(staging::read_buffer(&self.context, &self.statistics, 1)?[0])
     }
@@ -239,7 +243,7 @@ impl ViewMemory {
         groups: [u32; 3],
         push: &Chunk,
     ) {
-        let device = self.context.device();
+        let device = self.context.recorder();
         let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`.
         unsafe {
@@ -262,7 +266,7 @@ pub struct Reflectance(Pipeline);
 
 impl Reflectance {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, layout: &PipelineLayout) -> Result<Self> {
         let spirv = shaders::REFLECTANCE_COMP;
         Pipeline::compute(context, "reflectance", spirv, layout, &PIXEL_GROUP).map(Self)

@@ -28,7 +28,7 @@ pub struct Visibility {
 
 impl Visibility {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, scene: &Drawable, g_buffer: &GBuffer) -> Result<Self> {
         let colors = [
             &g_buffer.code,
@@ -62,7 +62,7 @@ impl Visibility {
         self.pass.begin(cmd, &self.target, &clear, &self.pipeline);
         scene.record(cmd, self.layout, (0, None));
         // SAFETY: `cmd` is being recorded on this device, in the pass that has begun.
-        unsafe { self.context.device().cmd_end_render_pass(cmd) };
+        unsafe { self.context.recorder().cmd_end_render_pass(cmd) };
     }
 }
 

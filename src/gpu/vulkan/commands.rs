@@ -27,14 +27,13 @@ impl Commands {
     /// # Errors
     /// [`crate::Error::Vulkan`].
     pub fn new(context: &Arc<Context>) -> Result<Self> {
-        context.check_present()?;
+        let device = context.device()?;
         let mut commands = Self {
             pool: vk::CommandPool::null(),
             fence: vk::Fence::null(),
             raw: vk::CommandBuffer::null(),
             context: Arc::clone(context),
         };
-        let device = context.device();
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family());
         // SAFETY: the device is alive; every info is complete; a half-made `commands` is dropped
         // on failure.
@@ -52,13 +51,13 @@ impl Commands {
         Ok(commands)
     }
 
-    /// Records what `body` does in place of what was recorded before. [`Commands::run`] may then
-    /// run it any number of times.
+    /// Records what `body` does in place of what was recorded before, behind a barrier after all that earlier
+    /// submissions did to klieg's memory. [`Commands::run`] may then run it any number of times.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`], and what `body` returns.
     pub fn record(&mut self, body: impl FnOnce(vk::CommandBuffer) -> Result<()>) -> Result<()> {
-        let device = self.context.device();
+        let device = self.context.device()?;
         // SAFETY: `run` waits for the end, so the command buffer is not in use.
         unsafe {
             device
@@ -68,6 +67,8 @@ impl Commands {
                 .begin_command_buffer(self.raw, &vk::CommandBufferBeginInfo::default())
                 .call("vkBeginCommandBuffer")?;
         }
+        // A fence tells the host of an end; it lets no later commands see what was written.
+        self.context.follow_all(self.raw);
         body(self.raw)?;
         // SAFETY: recording has begun above.
         unsafe { device.end_command_buffer(self.raw) }.call("vkEndCommandBuffer")
@@ -78,10 +79,9 @@ impl Commands {
     /// # Errors
     /// [`crate::Error::Vulkan`], a lost device among them.
     pub fn run(&mut self) -> Result<()> {
-        let device = self.context.device();
+        let device = self.context.device()?;
         let buffers = [self.raw];
         let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
-        self.context.check_present()?;
         // SAFETY: the fence is alive, and no work that would signal it is under way.
         unsafe { device.reset_fences(&[self.fence]) }.call("vkResetFences")?;
         self.context.submit(&submit, self.fence)?;
@@ -91,7 +91,7 @@ impl Commands {
     /// Waits for the fence: looks at it again and again for a while, as waking a thread takes longer
     /// than many a generation.
     fn wait(&self) -> Result<()> {
-        let device = self.context.device();
+        let device = self.context.device()?;
         let start = Instant::now();
         while start.elapsed() < SPIN {
             // SAFETY: the fence is alive.
@@ -122,7 +122,7 @@ impl Drop for Commands {
     fn drop(&mut self) {
         // SAFETY: `run` has waited for the work, unless the device is lost; null handles are
         // allowed.
-        self.context.destroy(|device| unsafe {
+        self.context.unless_gone(|device| unsafe {
             device.destroy_fence(self.fence, None);
             device.destroy_command_pool(self.pool, None);
         });
@@ -165,18 +165,26 @@ const EARLIER: Scope = (
 const UPDATE_BYTES: usize = 65536;
 
 impl Context {
-    /// What klieg's recordings use: the graphics stages only where they may draw, so that an engine's own
-    /// draws need not wait.
-    fn earlier(&self) -> Scope {
-        match self.needs().layers {
+    /// What klieg's recordings use, with the graphics stages where they draw.
+    fn earlier(&self, draws: bool) -> Scope {
+        match draws {
             true => EARLIER,
             false => (EARLIER.0 & !vk::PipelineStageFlags::ALL_GRAPHICS, EARLIER.1),
         }
     }
 
-    /// Lets what follows use klieg's memory after all that used it in earlier recordings.
+    /// Lets what follows in klieg's own commands use its memory after all that used it before.
+    fn follow_all(&self, cmd: vk::CommandBuffer) {
+        let all = self.earlier(self.needs().draws());
+        self.barrier(cmd, all, all);
+    }
+
+    /// Lets what follows in an engine's commands use klieg's memory after all that used it in earlier
+    /// recordings. Graphics stages take part only where recordings draw, so that an engine's own draws need
+    /// not wait.
     pub(in crate::gpu) fn follow_earlier(&self, cmd: vk::CommandBuffer) {
-        self.barrier(cmd, self.earlier(), self.earlier());
+        let earlier = self.earlier(self.needs().layers);
+        self.barrier(cmd, earlier, earlier);
     }
 
     /// Copies `data` into the commands, and from there to the front of `to` when they run; shaders see
@@ -186,9 +194,9 @@ impl Context {
         for (i, piece) in bytes.chunks(UPDATE_BYTES).enumerate() {
             let offset = (i * UPDATE_BYTES) as u64;
             // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds the data.
-            unsafe { self.device().cmd_update_buffer(cmd, to.raw(), offset, piece) };
+            unsafe { self.recorder().cmd_update_buffer(cmd, to.raw(), offset, piece) };
         }
-        self.barrier(cmd, COPY_WRITE, self.earlier());
+        self.barrier(cmd, COPY_WRITE, self.earlier(self.needs().layers));
     }
 
     /// Makes what `before` wrote, in any memory, seen by `after`.
@@ -198,7 +206,7 @@ impl Context {
         let flags = vk::DependencyFlags::empty();
         // SAFETY: `cmd` is being recorded on this device.
         unsafe {
-            self.device().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &memory, &[], &[]);
+            self.recorder().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &memory, &[], &[]);
         }
     }
 
@@ -223,7 +231,7 @@ impl Context {
         let flags = vk::DependencyFlags::empty();
         // SAFETY: `cmd` is being recorded on this device, and the image is alive.
         unsafe {
-            self.device().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &[], &[], &barrier);
+            self.recorder().cmd_pipeline_barrier(cmd, before.0, after.0, flags, &[], &[], &barrier);
         }
     }
 
@@ -232,7 +240,7 @@ impl Context {
         let layout = vk::ImageLayout::GENERAL;
         // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds a whole layer.
         unsafe {
-            self.device().cmd_copy_buffer_to_image(
+            self.recorder().cmd_copy_buffer_to_image(
                 cmd,
                 from.raw(),
                 to.raw(),
@@ -252,7 +260,7 @@ impl Context {
         let region = [whole_layer(from, layer)];
         // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds a whole layer.
         unsafe {
-            self.device().cmd_copy_image_to_buffer(cmd, from.raw(), layout, to.raw(), &region);
+            self.recorder().cmd_copy_image_to_buffer(cmd, from.raw(), layout, to.raw(), &region);
         }
     }
 
@@ -320,7 +328,7 @@ impl StageTimer {
                 .query_type(vk::QueryType::TIMESTAMP)
                 .query_count(2 * capacity);
             // SAFETY: the device is alive; `info` is complete.
-            timer.pool = unsafe { context.device().create_query_pool(&info, None) }
+            timer.pool = unsafe { context.device()?.create_query_pool(&info, None) }
                 .call("vkCreateQueryPool")?;
         }
         Ok(timer)
@@ -332,7 +340,7 @@ impl StageTimer {
         if self.pool != vk::QueryPool::null() {
             // SAFETY: `cmd` is being recorded on the pool's device.
             unsafe {
-                self.context.device().cmd_reset_query_pool(cmd, self.pool, 0, 2 * self.capacity);
+                self.context.recorder().cmd_reset_query_pool(cmd, self.pool, 0, 2 * self.capacity);
             }
         }
     }
@@ -345,7 +353,7 @@ impl StageTimer {
             if timed {
                 // SAFETY: `cmd` is being recorded, and the query was reset in it.
                 unsafe {
-                    self.context.device().cmd_write_timestamp(cmd, stage, self.pool, query);
+                    self.context.recorder().cmd_write_timestamp(cmd, stage, self.pool, query);
                 }
             }
         };
@@ -369,7 +377,7 @@ impl StageTimer {
         if self.stems.is_empty() {
             return Ok(());
         }
-        let (device, flags) = (self.context.device(), vk::QueryResultFlags::TYPE_64);
+        let (device, flags) = (self.context.device()?, vk::QueryResultFlags::TYPE_64);
         let ticks = self.ticks.as_flattened_mut();
         // SAFETY: the pool holds two 64-bit queries for each stem.
         unsafe { device.get_query_pool_results(self.pool, 0, ticks, flags) }
@@ -395,7 +403,7 @@ impl StageTimer {
 impl Drop for StageTimer {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work before they drop the timer; null is allowed.
-        self.context.destroy(|device| unsafe { device.destroy_query_pool(self.pool, None) });
+        self.context.unless_gone(|device| unsafe { device.destroy_query_pool(self.pool, None) });
     }
 }
 
@@ -412,7 +420,7 @@ mod tests {
         Commands::once(context, |cmd| {
             for value in 0..2 {
                 // SAFETY: the buffer is alive and may be filled.
-                unsafe { context.device().cmd_fill_buffer(cmd, buffer.raw(), 0, 64, value) };
+                unsafe { context.recorder().cmd_fill_buffer(cmd, buffer.raw(), 0, 64, value) };
                 if barrier {
                     context.barrier(cmd, COPY_WRITE, COPY_WRITE);
                 }
@@ -420,6 +428,30 @@ mod tests {
             Ok(())
         })
         .unwrap();
+    }
+
+    #[test]
+    fn commands_follow_those_submitted_before() {
+        let context = testing::context();
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let buffer = Buffer::new(&context, "filled by two", 64, usage, Access::Device).unwrap();
+        let filling = |value| {
+            let mut commands = Commands::new(&context).unwrap();
+            let fill = |cmd| {
+                // SAFETY: the buffer is alive and may be filled.
+                unsafe { context.recorder().cmd_fill_buffer(cmd, buffer.raw(), 0, 64, value) };
+                Ok(())
+            };
+            commands.record(fill).unwrap();
+            commands
+        };
+        let (first, mut second) = (filling(1), filling(2));
+        let buffers = [first.raw];
+        let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
+        // Nothing waits between the two.
+        context.submit(&submit, vk::Fence::null()).unwrap();
+        second.run().unwrap();
+        testing::assert_valid(&context);
     }
 
     #[test]

@@ -3,9 +3,10 @@
 use super::allocator::{Blocks, DeviceAllocator, DeviceMemory, MemoryRequest};
 use super::borrowed::{BorrowedDevice, Held, QueueLock};
 use super::cache::Cache;
-use super::choice::{ComputeShape, PipelineKind};
+use super::choice::{ComputeShape, PipelineKind, Subgroups};
 use super::devices::{self, DeviceChoice, DeviceReport};
-use super::instance::OwnedInstance;
+use super::features::EnabledFeatures;
+use super::instance::{API_VERSION, OwnedInstance};
 use super::owner::{Owner, create_device};
 use super::requirements::{self, Given, Needs};
 use crate::gpu::vulkan::Call;
@@ -81,8 +82,9 @@ pub struct Context {
     picture_memory: u64,
     pipeline: Option<PipelineKind>,
     shape: ComputeShape,
+    tiles: Option<Subgroups>,
     forgotten: AtomicBool,
-    owner: Owner,
+    owner: ManuallyDrop<Owner>,
 }
 
 /// What a context is made of besides its device and instance.
@@ -94,7 +96,8 @@ struct Parts {
     queue_lock: Option<Arc<dyn QueueLock>>,
     allocator: Option<Box<dyn DeviceAllocator>>,
     needs: Needs,
-    full_indices: bool,
+    features: EnabledFeatures,
+    api_version: u32,
     debug_utils: bool,
 }
 
@@ -110,7 +113,7 @@ impl Context {
         let (physical, report) = devices::choose(&instance.raw, &options.device)?;
         let queue_family = requirements::queue_family(&instance.raw, physical)
             .expect("a device that lacks nothing has the queue");
-        let (device, full_indices) = create_device(&instance.raw, physical, queue_family)?;
+        let (device, features) = create_device(&instance.raw, physical, queue_family)?;
         // SAFETY: the device was created with one queue of this family.
         let queue = unsafe { device.raw.get_device_queue(queue_family, 0) };
         let parts = Parts {
@@ -121,7 +124,8 @@ impl Context {
             queue_lock: None,
             allocator: None,
             needs: Needs::ALL,
-            full_indices,
+            features,
+            api_version: API_VERSION,
             debug_utils: instance.debug_utils,
         };
         Self::of(Owner::Owned { device, instance }, parts, &options.tuning)
@@ -144,12 +148,12 @@ impl Context {
         tuning: &Tuning,
     ) -> Result<Arc<Self>> {
         let BorrowedDevice { instance, physical, device, queue, queue_family, .. } = borrowed;
-        let report = devices::report(&instance, 0, physical, Some(queue_family));
         let given = Given {
             api_version: borrowed.api_version,
             enabled: borrowed.features,
             queue: requirements::family(&instance, physical, queue_family).map(|f| f.queue_flags),
         };
+        let report = devices::report(&instance, (0, physical), Some(queue_family), given);
         let lacks = requirements::lacking(&instance, physical, needs, given);
         if !lacks.is_empty() {
             let lacks = format!("it lacks {}", lacks.join("; "));
@@ -163,7 +167,8 @@ impl Context {
             queue_lock: borrowed.queue_lock,
             allocator: borrowed.allocator,
             needs,
-            full_indices: borrowed.features.full_draw_index_uint32,
+            features: borrowed.features,
+            api_version: borrowed.api_version,
             debug_utils: borrowed.debug_utils,
         };
         Self::of(Owner::Borrowed { device, instance }, parts, tuning)
@@ -172,9 +177,10 @@ impl Context {
     fn of(owner: Owner, parts: Parts, tuning: &Tuning) -> Result<Arc<Self>> {
         let Parts { report, physical, queue, queue_family, queue_lock, needs, .. } = parts;
         let instance = owner.instance();
-        let together = requirements::together(instance, physical);
+        let versions = (parts.api_version, parts.features);
+        let tiles = ComputeShape::tiles(requirements::together(instance, physical, versions)).ok();
         let shape = tuning.shape.unwrap_or(report.shape);
-        if shape == ComputeShape::Tiles && !ComputeShape::tiles_possible(together) {
+        if shape == ComputeShape::Tiles && tiles.is_none() {
             let lacks = "it lacks the subgroups or the shared memory for tiles".into();
             return Err(Error::Unsupported { device: report.info.name, lacks });
         }
@@ -186,7 +192,7 @@ impl Context {
             parts.debug_utils.then(|| ext::debug_utils::Device::new(instance, owner.device()));
         // SAFETY: `physical` is a device of the living instance.
         let mut limits = unsafe { instance.get_physical_device_properties(physical) }.limits;
-        if !parts.full_indices {
+        if !parts.features.full_draw_index_uint32 {
             limits.max_draw_indexed_index_value =
                 limits.max_draw_indexed_index_value.min((1 << 24) - 1);
         }
@@ -209,14 +215,19 @@ impl Context {
             picture_memory,
             pipeline: tuning.pipeline,
             shape,
+            tiles,
             forgotten: AtomicBool::new(false),
-            owner,
+            owner: ManuallyDrop::new(owner),
         }))
     }
 
     /// Says that the device is gone, or soon will be, before all that klieg made on it: from now on klieg
-    /// makes no Vulkan call. What it had made on the device is leaked there; everything but dropping
-    /// fails with [`Error::Forgotten`].
+    /// makes no Vulkan call and touches no mapped memory. What it had made on the device is leaked there,
+    /// and so is a device of klieg's own; whatever would reach the device fails with
+    /// [`Error::Forgotten`].
+    ///
+    /// The device may go once this and every other call on the context and on what was made on it have
+    /// returned.
     pub fn forget_device(&self) {
         self.forgotten.store(true, Ordering::Release);
     }
@@ -230,10 +241,11 @@ impl Context {
         }
     }
 
-    /// Destroys objects of the device, unless it is gone.
-    pub(in crate::gpu) fn destroy(&self, body: impl FnOnce(&ash::Device)) {
-        if self.check_present().is_ok() {
-            body(self.device());
+    /// Calls functions of the device that cannot fail, unless it is gone: they destroy objects or write
+    /// descriptors.
+    pub(in crate::gpu) fn unless_gone(&self, body: impl FnOnce(&ash::Device)) {
+        if let Ok(device) = self.device() {
+            body(device);
         }
     }
 
@@ -262,7 +274,7 @@ impl Context {
     /// What the validation layer has reported so far; always empty without it, and on an engine's
     /// device, whose instance hears it.
     pub fn validation_messages(&self) -> Vec<String> {
-        match &self.owner {
+        match &*self.owner {
             Owner::Owned { instance, .. } => instance.messages.list(),
             Owner::Borrowed { .. } => Vec::new(),
         }
@@ -279,13 +291,26 @@ impl Context {
     }
 
     /// Bytes of device memory that are taken at the moment, what the allocator keeps for later
-    /// included.
+    /// included; 0 after [`Context::forget_device`].
     pub fn memory_taken(&self) -> u64 {
+        if self.check_present().is_err() {
+            return 0;
+        }
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner).capacity()
     }
 
-    /// The device's functions.
-    pub(crate) fn device(&self) -> &ash::Device {
+    /// The device's functions: the one way to make, write, submit or read anything.
+    ///
+    /// # Errors
+    /// [`Error::Forgotten`] after [`Context::forget_device`].
+    pub(in crate::gpu) fn device(&self) -> Result<&ash::Device> {
+        self.check_present()?;
+        Ok(self.owner.device())
+    }
+
+    /// The functions `vkCmd…`. Whoever began the command buffer that they record into has found the device
+    /// present.
+    pub(in crate::gpu) fn recorder(&self) -> &ash::Device {
         self.owner.device()
     }
 
@@ -314,6 +339,11 @@ impl Context {
         self.shape
     }
 
+    /// The subgroups of [`ComputeShape::Tiles`], where that can run.
+    pub(in crate::gpu) fn tiles(&self) -> Option<Subgroups> {
+        self.tiles
+    }
+
     /// The family of the queue.
     pub(in crate::gpu) fn queue_family(&self) -> u32 {
         self.queue_family
@@ -325,6 +355,7 @@ impl Context {
         format: vk::Format,
         usage: vk::ImageUsageFlags,
     ) -> Result<vk::ImageFormatProperties> {
+        self.check_present()?;
         // SAFETY: `physical` is a device of the living instance.
         unsafe {
             self.owner.instance().get_physical_device_image_format_properties(
@@ -345,11 +376,12 @@ impl Context {
         submits: &[vk::SubmitInfo<'_>],
         fence: vk::Fence,
     ) -> Result<()> {
+        let device = self.device()?;
         let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
         let _engine = self.queue_lock.as_deref().map(Held::new);
         // SAFETY: the queue is locked, against the engine too; the caller's commands are recorded and
         // its fence is unsignalled.
-        unsafe { self.device().queue_submit(*queue, submits, fence) }.call("vkQueueSubmit")
+        unsafe { device.queue_submit(*queue, submits, fence) }.call("vkQueueSubmit")
     }
 
     /// Layouts, render passes and pipelines, for all who work on the device.
@@ -364,7 +396,11 @@ impl Context {
 
     /// Names an object for debuggers and validation messages.
     pub(in crate::gpu) fn name<T: vk::Handle>(&self, object: T, name: &str) {
-        let (Some(debug), Ok(name)) = (&self.debug, std::ffi::CString::new(name)) else { return };
+        let (Some(debug), Ok(_), Ok(name)) =
+            (&self.debug, self.check_present(), std::ffi::CString::new(name))
+        else {
+            return;
+        };
         let info =
             vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
         // SAFETY: `object` is alive and belongs to this device. A name that cannot be kept is lost
@@ -373,6 +409,7 @@ impl Context {
     }
 
     pub(in crate::gpu) fn allocate(&self, request: &MemoryRequest<'_>) -> Result<DeviceMemory> {
+        self.check_present()?;
         self.counters.allocations.fetch_add(1, Ordering::Relaxed);
         let mut allocator = self.allocator.lock().unwrap_or_else(PoisonError::into_inner);
         allocator
@@ -402,11 +439,15 @@ impl Context {
 impl Drop for Context {
     fn drop(&mut self) {
         // SAFETY: whoever used the pipelines held the context, waited for his work, and is gone.
-        self.destroy(|device| unsafe { self.cache.destroy(device) });
-        // An allocator of a device that is gone must not free its memory there.
+        self.unless_gone(|device| unsafe { self.cache.destroy(device) });
+        // An allocator of a device that is gone must not free its memory there, and a device on which
+        // objects were left must not be destroyed.
         if self.check_present().is_ok() {
-            // SAFETY: dropped once, here, as its memory must be given back before the device goes.
-            unsafe { ManuallyDrop::drop(&mut self.allocator) };
+            // SAFETY: each is dropped once, here; the memory is given back before the device goes.
+            unsafe {
+                ManuallyDrop::drop(&mut self.allocator);
+                ManuallyDrop::drop(&mut self.owner);
+            }
         }
     }
 }

@@ -40,8 +40,10 @@ pub struct DeviceReport {
     pub memory: u64,
     /// Whether the stages can be timed.
     pub timestamps: bool,
-    /// Invocations of a subgroup.
+    /// Invocations of a subgroup, as the device reports them.
     pub subgroup_size: u32,
+    /// Invocations of a subgroup of [`ComputeShape::Tiles`]; `None` where that cannot run.
+    pub tiles_subgroup: Option<u32>,
     /// The fastest pipeline.
     pub pipeline: PipelineKind,
     /// Its shape, where it is [`PipelineKind::Compute`].
@@ -65,8 +67,10 @@ fn all_reports(instance: &ash::Instance) -> Result<(Vec<vk::PhysicalDevice>, Vec
     // SAFETY: the instance is alive.
     let physical =
         unsafe { instance.enumerate_physical_devices() }.call("vkEnumeratePhysicalDevices")?;
-    let report =
-        |(i, &device)| report(instance, i, device, requirements::queue_family(instance, device));
+    let report = |(index, &device)| {
+        let family = requirements::queue_family(instance, device);
+        report(instance, (index, device), family, Given::by_creation(instance, device))
+    };
     let reports = physical.iter().enumerate().map(report).collect();
     Ok((physical, reports))
 }
@@ -128,12 +132,13 @@ fn rank(kind: &str) -> usize {
     order.iter().position(|&k| k == kind).unwrap_or(order.len())
 }
 
-/// What a device can do with a queue of `family`, if created by klieg.
+/// What a device can do with a queue of `family` and with what is `given`; what it lacks, if created by
+/// klieg.
 pub(in crate::gpu) fn report(
     instance: &ash::Instance,
-    index: usize,
-    device: vk::PhysicalDevice,
+    (index, device): (usize, vk::PhysicalDevice),
     family: Option<u32>,
+    given: Given,
 ) -> DeviceReport {
     // SAFETY: `device` is a physical device of the living instance.
     let (properties, memory) = unsafe {
@@ -145,7 +150,7 @@ pub(in crate::gpu) fn report(
     let limits = &properties.limits;
     let version = properties.api_version;
     let together = match version >= vk::API_VERSION_1_1 {
-        true => requirements::together(instance, device),
+        true => requirements::together(instance, device, (given.api_version, given.enabled)),
         false => Together::default(),
     };
     let software = properties.device_type == vk::PhysicalDeviceType::CPU;
@@ -177,6 +182,7 @@ pub(in crate::gpu) fn report(
             .and_then(|family| requirements::family(instance, device, family))
             .is_some_and(|family| family.timestamp_valid_bits > 0),
         subgroup_size: together.subgroup,
+        tiles_subgroup: ComputeShape::tiles(together).ok().map(|subgroups| subgroups.size),
         pipeline: PipelineKind::Compute,
         shape,
         pipeline_reason,
@@ -228,6 +234,7 @@ mod tests {
             memory: 0,
             timestamps: true,
             subgroup_size: 32,
+            tiles_subgroup: Some(32),
             pipeline: PipelineKind::Compute,
             shape: ComputeShape::Tiles,
             pipeline_reason: "",

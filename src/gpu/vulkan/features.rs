@@ -2,8 +2,10 @@
 
 use crate::{Error, Result};
 use ash::vk;
+use std::ffi::CStr;
 
-/// Features of a device, as `VkPhysicalDeviceFeatures` and `VkPhysicalDeviceVulkan12Features` name them.
+/// Features of a device, as `VkPhysicalDeviceFeatures`, `VkPhysicalDeviceVulkan12Features` and
+/// `VkPhysicalDeviceVulkan13Features` name them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct EnabledFeatures {
     /// `geometryShader`: a fragment shader knows the polygon's number.
@@ -12,6 +14,10 @@ pub struct EnabledFeatures {
     pub shader_output_layer: bool,
     /// `fullDrawIndexUint32`: meshes of more than 2²⁴ vertices.
     pub full_draw_index_uint32: bool,
+    /// `subgroupSizeControl` and `computeFullSubgroups`, of Vulkan 1.3 or the enabled extension
+    /// `VK_EXT_subgroup_size_control`: [`ComputeShape::Tiles`](crate::gpu::ComputeShape::Tiles) on devices
+    /// whose subgroups have several sizes.
+    pub subgroup_size_control: bool,
 }
 
 impl EnabledFeatures {
@@ -26,15 +32,27 @@ impl EnabledFeatures {
             if let Some(core) = info.p_enabled_features.as_ref() {
                 found.read_core(core);
             }
-            each(info, |link| match link {
-                Link::Core(core) => found.read_core(core),
-                Link::Vulkan12(vulkan12) => {
-                    found.shader_output_layer = vulkan12.shader_output_layer == vk::TRUE;
+            for link in links(info) {
+                match link {
+                    Link::Core(core) => found.read_core(&*core),
+                    Link::Vulkan12(vulkan12) => {
+                        found.shader_output_layer = (*vulkan12).shader_output_layer == vk::TRUE;
+                    }
+                    Link::Vulkan13(vulkan13) => {
+                        found.subgroup_size_control = (*vulkan13).subgroup_size_control == vk::TRUE
+                            && (*vulkan13).compute_full_subgroups == vk::TRUE;
+                    }
+                    Link::SubgroupSize(control) => found.read_control(&*control),
+                    Link::Promoted => {}
                 }
-                Link::Promoted => {}
-            });
+            }
         }
         found
+    }
+
+    fn read_control(&mut self, control: &vk::PhysicalDeviceSubgroupSizeControlFeatures<'_>) {
+        self.subgroup_size_control =
+            control.subgroup_size_control == vk::TRUE && control.compute_full_subgroups == vk::TRUE;
     }
 
     fn read_core(&mut self, core: &vk::PhysicalDeviceFeatures) {
@@ -58,10 +76,15 @@ impl EnabledFeatures {
             return found;
         }
         let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut control = vk::PhysicalDeviceSubgroupSizeControlFeatures::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12);
+        if has_extension(instance, device, vk::EXT_SUBGROUP_SIZE_CONTROL_NAME) {
+            features = features.push_next(&mut control);
+        }
         // SAFETY: a Vulkan 1.2 device of `instance`; the chain lives until the call returns.
         unsafe { instance.get_physical_device_features2(device, &mut features) };
         found.read_core(&features.features);
+        found.read_control(&control);
         found.shader_output_layer = vulkan12.shader_output_layer == vk::TRUE;
         found
     }
@@ -73,13 +96,14 @@ pub struct FeatureChain {
     wanted: EnabledFeatures,
     core: vk::PhysicalDeviceFeatures,
     vulkan12: vk::PhysicalDeviceVulkan12Features<'static>,
+    control: vk::PhysicalDeviceSubgroupSizeControlFeatures<'static>,
 }
 
 impl FeatureChain {
     /// For the given features, such as those of [`Needs::requirements`](crate::gpu::Needs::requirements).
     pub fn new(wanted: EnabledFeatures) -> Self {
-        let (core, vulkan12) = Default::default();
-        Self { wanted, core, vulkan12 }
+        let (core, vulkan12, control) = Default::default();
+        Self { wanted, core, vulkan12, control }
     }
 
     /// Enables the features in `info`: in its own structures where these are in the chain, else in
@@ -94,20 +118,34 @@ impl FeatureChain {
     /// after this chain is dropped or moved.
     pub unsafe fn fill(&mut self, info: &mut vk::DeviceCreateInfo<'_>) -> Result<()> {
         let wanted = self.wanted;
-        let (mut core, mut vulkan12, mut promoted) = (false, false, false);
-        // SAFETY: the caller's promise.
+        let (mut core, mut vulkan12, mut control, mut promoted) = (false, false, false, false);
+        // SAFETY: the caller's promise; no reference into the chain is alive.
         unsafe {
-            each(info, |link| match link {
-                Link::Core(features) => {
-                    wanted.write_core(features);
-                    core = true;
+            for link in links(info) {
+                match link {
+                    Link::Core(features) => {
+                        wanted.write_core(&mut *features);
+                        core = true;
+                    }
+                    Link::Vulkan12(features) => {
+                        (*features).shader_output_layer |= u32::from(wanted.shader_output_layer);
+                        vulkan12 = true;
+                    }
+                    Link::Vulkan13(features) => {
+                        let wanted = u32::from(wanted.subgroup_size_control);
+                        (*features).subgroup_size_control |= wanted;
+                        (*features).compute_full_subgroups |= wanted;
+                        control = true;
+                    }
+                    Link::SubgroupSize(features) => {
+                        let wanted = u32::from(wanted.subgroup_size_control);
+                        (*features).subgroup_size_control |= wanted;
+                        (*features).compute_full_subgroups |= wanted;
+                        control = true;
+                    }
+                    Link::Promoted => promoted = true,
                 }
-                Link::Vulkan12(features) => {
-                    features.shader_output_layer |= vk::Bool32::from(wanted.shader_output_layer);
-                    vulkan12 = true;
-                }
-                Link::Promoted => promoted = true,
-            });
+            }
             if !core {
                 if let Some(given) = info.p_enabled_features.as_ref() {
                     self.core = *given;
@@ -124,43 +162,71 @@ impl FeatureChain {
             }
             self.vulkan12.shader_output_layer = vk::TRUE;
             self.vulkan12.p_next = info.p_next.cast_mut();
-            info.p_next = (&raw const self.vulkan12).cast();
+            info.p_next = (&raw mut self.vulkan12).cast_const().cast();
+        }
+        if wanted.subgroup_size_control && !control {
+            self.control.subgroup_size_control = vk::TRUE;
+            self.control.compute_full_subgroups = vk::TRUE;
+            self.control.p_next = info.p_next.cast_mut();
+            info.p_next = (&raw mut self.control).cast_const().cast();
         }
         Ok(())
     }
 }
 
-/// A structure of a chain.
-enum Link<'a> {
-    Core(&'a mut vk::PhysicalDeviceFeatures),
-    Vulkan12(&'a mut vk::PhysicalDeviceVulkan12Features<'static>),
+/// A structure of a chain, which the chain's owner may read, and write where it may be written to.
+#[derive(Clone, Copy)]
+enum Link {
+    Core(*mut vk::PhysicalDeviceFeatures),
+    Vulkan12(*mut vk::PhysicalDeviceVulkan12Features<'static>),
+    Vulkan13(*mut vk::PhysicalDeviceVulkan13Features<'static>),
+    SubgroupSize(*mut vk::PhysicalDeviceSubgroupSizeControlFeatures<'static>),
     /// Features of Vulkan 1.2 that have a structure of their own.
     Promoted,
 }
 
-/// Visits the structures of features in the chain.
+/// The structures of features in the chain. They are pointers, as a chain that is only read is shared.
 ///
 /// # Safety
-/// The chain is valid, and may be written to if `visit` writes.
-unsafe fn each(info: &vk::DeviceCreateInfo<'_>, mut visit: impl FnMut(Link<'_>)) {
+/// The chain is valid.
+unsafe fn links(info: &vk::DeviceCreateInfo<'_>) -> Vec<Link> {
+    let mut found = Vec::new();
     let mut next = info.p_next.cast_mut().cast::<vk::BaseOutStructure<'_>>();
     while !next.is_null() {
         // SAFETY: every structure of a chain begins with its type and the next one's address.
-        unsafe {
-            match (*next).s_type {
-                vk::StructureType::PHYSICAL_DEVICE_FEATURES_2 => {
-                    let features = next.cast::<vk::PhysicalDeviceFeatures2<'_>>();
-                    visit(Link::Core(&mut (*features).features));
-                }
-                vk::StructureType::PHYSICAL_DEVICE_VULKAN_1_2_FEATURES => {
-                    visit(Link::Vulkan12(&mut *next.cast()));
-                }
-                kind if PROMOTED.contains(&kind) => visit(Link::Promoted),
-                _ => {}
+        let (kind, after) = unsafe { ((*next).s_type, (*next).p_next) };
+        match kind {
+            vk::StructureType::PHYSICAL_DEVICE_FEATURES_2 => {
+                let features = next.cast::<vk::PhysicalDeviceFeatures2<'_>>();
+                // SAFETY: the structure is of this type; no reference to it is made.
+                found.push(Link::Core(unsafe { &raw mut (*features).features }));
             }
-            next = (*next).p_next;
+            vk::StructureType::PHYSICAL_DEVICE_VULKAN_1_2_FEATURES => {
+                found.push(Link::Vulkan12(next.cast()));
+            }
+            vk::StructureType::PHYSICAL_DEVICE_VULKAN_1_3_FEATURES => {
+                found.push(Link::Vulkan13(next.cast()));
+            }
+            vk::StructureType::PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_FEATURES => {
+                found.push(Link::SubgroupSize(next.cast()));
+            }
+            kind if PROMOTED.contains(&kind) => found.push(Link::Promoted),
+            _ => {}
         }
+        next = after;
     }
+    found
+}
+
+/// Whether a device has an extension.
+pub(in crate::gpu) fn has_extension(
+    instance: &ash::Instance,
+    device: vk::PhysicalDevice,
+    name: &CStr,
+) -> bool {
+    // SAFETY: `device` is a physical device of `instance`.
+    let all = unsafe { instance.enumerate_device_extension_properties(device) };
+    all.is_ok_and(|all| all.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
 }
 
 /// The structures that VUID-VkDeviceCreateInfo-pNext-02830 forbids beside
@@ -188,6 +254,7 @@ mod tests {
         geometry_shader: true,
         shader_output_layer: true,
         full_draw_index_uint32: true,
+        subgroup_size_control: true,
     };
 
     #[test]
@@ -219,6 +286,8 @@ mod tests {
         }
         assert_eq!(vulkan12.timeline_semaphore, vk::TRUE);
         assert_eq!(vulkan12.shader_output_layer, vk::TRUE);
+        assert_eq!(vulkan13.subgroup_size_control, vk::TRUE);
+        assert_eq!(vulkan13.compute_full_subgroups, vk::TRUE);
 
         let mut features2 = vk::PhysicalDeviceFeatures2::default();
         features2.features.wide_lines = vk::TRUE;
@@ -231,6 +300,22 @@ mod tests {
             assert_eq!(EnabledFeatures::of(&info), ALL);
         }
         assert_eq!(features2.features.wide_lines, vk::TRUE);
+    }
+
+    #[test]
+    fn sizes_of_subgroups_need_both_features() {
+        let mut control =
+            vk::PhysicalDeviceSubgroupSizeControlFeatures::default().subgroup_size_control(true);
+        let mut info = vk::DeviceCreateInfo::default().push_next(&mut control);
+        let only = EnabledFeatures { subgroup_size_control: true, ..Default::default() };
+        let mut chain = FeatureChain::new(only);
+        // SAFETY: `info` and its chain are valid, and `chain` outlives their use.
+        unsafe {
+            assert_eq!(EnabledFeatures::of(&info), EnabledFeatures::default());
+            chain.fill(&mut info).unwrap();
+            assert_eq!(EnabledFeatures::of(&info), only);
+        }
+        assert_eq!(control.compute_full_subgroups, vk::TRUE);
     }
 
     #[test]

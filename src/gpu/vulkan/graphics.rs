@@ -56,8 +56,9 @@ impl RenderPass {
             .dependencies(dependencies);
         let formats = attachments.iter().map(|attachment| attachment.format).collect();
         let raw = context.cache().passes.get((stem, formats), || {
+            let device = context.device()?;
             // SAFETY: the device is alive; `info` is complete.
-            unsafe { context.device().create_render_pass(&info, None) }.call("vkCreateRenderPass")
+            unsafe { device.create_render_pass(&info, None) }.call("vkCreateRenderPass")
         })?;
         Ok(Self { raw, colors: colors.len() })
     }
@@ -70,7 +71,7 @@ impl RenderPass {
         clear: &[vk::ClearValue],
         pipeline: &Pipeline,
     ) {
-        let device = target.context.device();
+        let device = target.context.recorder();
         let area: vk::Rect2D = target.extent.into();
         let viewport = vk::Viewport::default()
             .width(area.extent.width as f32)
@@ -136,7 +137,7 @@ impl Framebuffer {
             .height(extent.height)
             .layers(layers);
         // SAFETY: pass and views are alive.
-        let raw = unsafe { context.device().create_framebuffer(&info, None) }
+        let raw = unsafe { context.device()?.create_framebuffer(&info, None) }
             .call("vkCreateFramebuffer")?;
         Ok(Self { raw, extent, context: Arc::clone(context) })
     }
@@ -145,7 +146,7 @@ impl Framebuffer {
 impl Drop for Framebuffer {
     fn drop(&mut self) {
         // SAFETY: owners wait for the draw before they drop its target.
-        self.context.destroy(|device| unsafe { device.destroy_framebuffer(self.raw, None) });
+        self.context.unless_gone(|device| unsafe { device.destroy_framebuffer(self.raw, None) });
     }
 }
 
@@ -237,7 +238,7 @@ impl GraphicsPipeline<'_> {
         let cache = vk::PipelineCache::null();
         // SAFETY: everything that `info` names is alive, and the shaders were written for the
         // layout and the pass.
-        let made = unsafe { context.device().create_graphics_pipelines(cache, &info, None) };
+        let made = unsafe { context.device()?.create_graphics_pipelines(cache, &info, None) };
         made.map(|made| made[0]).map_err(|(_, result)| result).call("vkCreateGraphicsPipelines")
     }
 }

@@ -31,7 +31,7 @@ impl Buffer {
         access: Access,
     ) -> Result<Self> {
         let info = vk::BufferCreateInfo::default().size(size.max(1)).usage(usage);
-        let device = context.device();
+        let device = context.device()?;
         // SAFETY: the device is alive; `info` is complete.
         let raw = unsafe { device.create_buffer(&info, None) }.call("vkCreateBuffer")?;
         let mut buffer = Self { raw, memory: None, size, context: Arc::clone(context) };
@@ -85,7 +85,7 @@ impl Buffer {
     ) -> Result<Self> {
         let size = size_of_val(data) as u64;
         let mut buffer = Self::new(context, name, size, usage, Access::Upload)?;
-        buffer.write(data);
+        buffer.write(data)?;
         Ok(buffer)
     }
 
@@ -101,39 +101,48 @@ impl Buffer {
 
     /// Writes `data` at the front; the device sees it in the next submission.
     ///
+    /// # Errors
+    /// [`crate::Error::Forgotten`].
+    ///
     /// # Panics
     /// When the buffer is not [`Access::Upload`] or too small.
-    pub fn write<T: Pod>(&mut self, data: &[T]) {
+    pub fn write<T: Pod>(&mut self, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        let to = self.mapped(bytes.len());
+        let to = self.mapped(bytes.len())?;
         // SAFETY: so many bytes are mapped there, for this buffer alone.
         unsafe { to.copy_from_nonoverlapping(NonNull::from(bytes).cast(), bytes.len()) };
+        Ok(())
     }
 
     /// Reads the front of the buffer; the work that wrote it must have ended. Counted in
     /// [`crate::gpu::Counters::bytes_read`].
     ///
+    /// # Errors
+    /// [`crate::Error::Forgotten`].
+    ///
     /// # Panics
     /// When the buffer is not [`Access::Readback`] or too small.
-    pub fn read<T: Pod>(&self, out: &mut [T]) {
+    pub fn read<T: Pod>(&self, out: &mut [T]) -> Result<()> {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(out);
-        let from = self.mapped(bytes.len());
+        let from = self.mapped(bytes.len())?;
         // SAFETY: so many bytes are mapped there, and the device no longer writes them.
         unsafe { from.copy_to_nonoverlapping(NonNull::from(&mut *bytes).cast(), bytes.len()) };
         self.context.count_read(bytes.len());
+        Ok(())
     }
 
-    /// The first of `bytes` mapped bytes.
-    fn mapped(&self, bytes: usize) -> NonNull<u8> {
+    /// The first of `bytes` mapped bytes, which are there as long as the device is.
+    fn mapped(&self, bytes: usize) -> Result<NonNull<u8>> {
+        self.context.check_present()?;
         assert!(bytes as u64 <= self.size, "{bytes} bytes in a buffer of {}", self.size);
-        self.memory.and_then(|memory| memory.mapped).expect("a mapped buffer")
+        Ok(self.memory.and_then(|memory| memory.mapped).expect("a mapped buffer"))
     }
 }
 
 impl Drop for Buffer {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work that uses the buffer before they drop it.
-        self.context.destroy(|device| unsafe { device.destroy_buffer(self.raw, None) });
+        self.context.unless_gone(|device| unsafe { device.destroy_buffer(self.raw, None) });
         if let Some(memory) = self.memory.take() {
             self.context.free(memory);
         }
@@ -173,7 +182,7 @@ impl TexelBuffer {
             .format(format)
             .range(vk::WHOLE_SIZE);
         // SAFETY: the buffer is bound and alive.
-        texels.view = unsafe { context.device().create_buffer_view(&info, None) }
+        texels.view = unsafe { context.device()?.create_buffer_view(&info, None) }
             .call("vkCreateBufferView")?;
         Ok(texels)
     }
@@ -194,7 +203,7 @@ impl Drop for TexelBuffer {
         let context = &self.buffer.context;
         // SAFETY: owners wait for the work that uses the buffer before they drop it; a null handle
         // is allowed.
-        context.destroy(|device| unsafe { device.destroy_buffer_view(self.view, None) });
+        context.unless_gone(|device| unsafe { device.destroy_buffer_view(self.view, None) });
     }
 }
 
@@ -248,7 +257,7 @@ impl Image {
             .samples(vk::SampleCountFlags::TYPE_1)
             .usage(desc.usage);
         // SAFETY: the device is alive; `info` is complete.
-        let raw = unsafe { context.device().create_image(&info, None) }.call("vkCreateImage")?;
+        let raw = unsafe { context.device()?.create_image(&info, None) }.call("vkCreateImage")?;
         let mut image = Self {
             raw,
             view: vk::ImageView::null(),
@@ -268,7 +277,7 @@ impl Image {
     }
 
     fn bind(&mut self, name: &str) -> Result<()> {
-        let device = self.context.device();
+        let device = self.context.device()?;
         // SAFETY: the image was made on this device.
         let requirements = unsafe { device.get_image_memory_requirements(self.raw) };
         let request = MemoryRequest { name, requirements, access: Access::Device, linear: false };
@@ -288,7 +297,7 @@ impl Image {
             .format(self.format)
             .subresource_range(self.range);
         // SAFETY: the image is bound and alive.
-        self.view = unsafe { self.context.device().create_image_view(&info, None) }
+        self.view = unsafe { self.context.device()?.create_image_view(&info, None) }
             .call("vkCreateImageView")?;
         Ok(())
     }
@@ -323,7 +332,7 @@ impl Drop for Image {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work that uses the image before they drop it; null handles
         // are allowed.
-        self.context.destroy(|device| unsafe {
+        self.context.unless_gone(|device| unsafe {
             device.destroy_image_view(self.view, None);
             device.destroy_image(self.raw, None);
         });

@@ -46,7 +46,7 @@ impl Drop for OwnedDevice {
     }
 }
 
-/// A device with all that klieg can use, and whether an index may have any 32-bit value.
+/// A device with all that klieg can use, and what that is.
 ///
 /// # Errors
 /// [`crate::Error::Vulkan`].
@@ -54,17 +54,21 @@ pub(in crate::gpu) fn create_device(
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,
     queue_family: u32,
-) -> Result<(OwnedDevice, bool)> {
+) -> Result<(OwnedDevice, EnabledFeatures)> {
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(queue_family)
         .queue_priorities(&[1.0])];
     let wanted = EnabledFeatures::supported(instance, physical);
     let mut chain = FeatureChain::new(wanted);
-    let mut info = vk::DeviceCreateInfo::default().queue_create_infos(&queues);
-    // SAFETY: the device has the features; `info` and the chain outlive the call.
+    let control = [vk::EXT_SUBGROUP_SIZE_CONTROL_NAME.as_ptr()];
+    let extensions = if wanted.subgroup_size_control { &control[..] } else { &[] };
+    let mut info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(extensions);
+    // SAFETY: the device has the features and extensions; `info` and the chain outlive the call.
     let raw = unsafe {
         chain.fill(&mut info)?;
         instance.create_device(physical, &info, None).call("vkCreateDevice")?
     };
-    Ok((OwnedDevice { raw }, wanted.full_draw_index_uint32))
+    Ok((OwnedDevice { raw }, wanted))
 }

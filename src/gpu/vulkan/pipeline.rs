@@ -31,7 +31,7 @@ pub fn set_layout(context: &Context, bindings: &[Binding]) -> Result<vk::Descrip
         let bindings: Vec<_> = bindings.iter().map(of).collect();
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
         // SAFETY: the device is alive; `info` is complete.
-        unsafe { context.device().create_descriptor_set_layout(&info, None) }
+        unsafe { context.device()?.create_descriptor_set_layout(&info, None) }
             .call("vkCreateDescriptorSetLayout")
     })
 }
@@ -62,7 +62,7 @@ impl DescriptorSet {
             |&(_, kind, _): &Binding| vk::DescriptorPoolSize { ty: kind, descriptor_count: 1 };
         let sizes: Vec<_> = bindings.iter().map(size).collect();
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
-        let device = context.device();
+        let device = context.device()?;
         // SAFETY: the device is alive; every info is complete; a half-made `set` is dropped on
         // failure.
         unsafe {
@@ -109,7 +109,7 @@ impl DescriptorSet {
             .buffer_info(&info);
         self.context.count_descriptors();
         // SAFETY: set and buffer are alive, and the set is not in use.
-        unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
+        self.context.unless_gone(|device| unsafe { device.update_descriptor_sets(&[write], &[]) });
     }
 
     /// Puts the texels of a buffer at `binding`. The set must not be in use.
@@ -122,7 +122,7 @@ impl DescriptorSet {
             .texel_buffer_view(&views);
         self.context.count_descriptors();
         // SAFETY: set and view are alive, and the set is not in use.
-        unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
+        self.context.unless_gone(|device| unsafe { device.update_descriptor_sets(&[write], &[]) });
     }
 
     /// Puts an image in `layout` at `binding`. The set must not be in use.
@@ -140,14 +140,15 @@ impl DescriptorSet {
             .image_info(&info);
         self.context.count_descriptors();
         // SAFETY: set and view are alive, and the set is not in use.
-        unsafe { self.context.device().update_descriptor_sets(&[write], &[]) };
+        self.context.unless_gone(|device| unsafe { device.update_descriptor_sets(&[write], &[]) });
     }
 }
 
 impl Drop for DescriptorSet {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work that uses the set; a null handle is allowed.
-        self.context.destroy(|device| unsafe { device.destroy_descriptor_pool(self.pool, None) });
+        self.context
+            .unless_gone(|device| unsafe { device.destroy_descriptor_pool(self.pool, None) });
     }
 }
 
@@ -176,7 +177,7 @@ impl PipelineLayout {
                 .set_layouts(sets)
                 .push_constant_ranges(push);
             // SAFETY: the device and the set layouts are alive.
-            unsafe { context.device().create_pipeline_layout(&info, None) }
+            unsafe { context.device()?.create_pipeline_layout(&info, None) }
                 .call("vkCreatePipelineLayout")
         };
         context.cache().layouts.get(key, make).map(Self)
@@ -225,7 +226,7 @@ impl ShaderModule {
     pub fn new(context: &Arc<Context>, spirv: &[u32]) -> Result<Self> {
         let info = vk::ShaderModuleCreateInfo::default().code(spirv);
         // SAFETY: the SPIR-V comes from our own build.
-        let raw = unsafe { context.device().create_shader_module(&info, None) }
+        let raw = unsafe { context.device()?.create_shader_module(&info, None) }
             .call("vkCreateShaderModule")?;
         Ok(Self { raw, context: Arc::clone(context) })
     }
@@ -239,7 +240,7 @@ impl ShaderModule {
 impl Drop for ShaderModule {
     fn drop(&mut self) {
         // SAFETY: pipelines do not need their modules once made.
-        self.context.destroy(|device| unsafe { device.destroy_shader_module(self.raw, None) });
+        self.context.unless_gone(|device| unsafe { device.destroy_shader_module(self.raw, None) });
     }
 }
 
@@ -305,17 +306,40 @@ impl Pipeline {
         layout: &PipelineLayout,
         constants: &[u32],
     ) -> Result<Self> {
+        Self::compute_in_subgroups(context, stem, spirv, layout, constants, None)
+    }
+
+    /// The same whose subgroups, all full, have the `required` size, where that is given: always the same
+    /// for the other arguments.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn compute_in_subgroups(
+        context: &Arc<Context>,
+        stem: &'static str,
+        spirv: &[u32],
+        layout: &PipelineLayout,
+        constants: &[u32],
+        required: Option<u32>,
+    ) -> Result<Self> {
         let pass = vk::RenderPass::null();
         let key = PipelineKey { stem, constants: constants.to_vec(), layout: layout.0, pass };
         Self::kept(context, key, || {
             let module = ShaderModule::new(context, spirv)?;
             let specialization = Specialization::new(constants);
             let specialization = specialization.info();
-            let stage = shader_stage(vk::ShaderStageFlags::COMPUTE, &module, &specialization);
+            let mut stage = shader_stage(vk::ShaderStageFlags::COMPUTE, &module, &specialization);
+            let mut size = vk::PipelineShaderStageRequiredSubgroupSizeCreateInfo::default();
+            if let Some(required) = required {
+                size.required_subgroup_size = required;
+                stage.p_next = (&raw const size).cast();
+                stage.flags |= vk::PipelineShaderStageCreateFlags::REQUIRE_FULL_SUBGROUPS;
+            }
             let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.0)];
             let cache = vk::PipelineCache::null();
-            // SAFETY: module and layout are alive, and the shader was written for the layout.
-            let made = unsafe { context.device().create_compute_pipelines(cache, &info, None) };
+            // SAFETY: module, layout and size are alive, and the shader was written for the layout; a size
+            // is required only where the feature is enabled and the device offers it.
+            let made = unsafe { context.device()?.create_compute_pipelines(cache, &info, None) };
             made.map(|made| made[0]).map_err(|(_, result)| result).call("vkCreateComputePipelines")
         })
     }

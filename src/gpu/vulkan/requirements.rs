@@ -2,7 +2,7 @@
 //! who create the device themselves.
 
 use super::choice::Together;
-use super::features::EnabledFeatures;
+use super::features::{EnabledFeatures, has_extension};
 use super::instance::API_VERSION;
 use ash::vk;
 
@@ -24,7 +24,8 @@ impl Needs {
     /// What an engine with pictures or a surface of its own needs.
     pub const COMPUTE: Self = Self { scene: false, layers: false };
 
-    fn draws(self) -> bool {
+    /// Whether klieg draws anything itself.
+    pub(in crate::gpu) fn draws(self) -> bool {
         self.scene || self.layers
     }
 
@@ -43,7 +44,7 @@ impl Needs {
         let features = EnabledFeatures {
             geometry_shader: self.scene,
             shader_output_layer: self.layers,
-            full_draw_index_uint32: false,
+            ..EnabledFeatures::default()
         };
         Requirements { api_version: API_VERSION, queue, features, limits, formats }
     }
@@ -56,8 +57,8 @@ pub struct Requirements {
     pub api_version: u32,
     /// What the queue can do.
     pub queue: vk::QueueFlags,
-    /// Features that must be enabled; `full_draw_index_uint32` only helps meshes of more than 2²⁴
-    /// vertices.
+    /// Features that must be enabled. The others only help: `full_draw_index_uint32` meshes of more than
+    /// 2²⁴ vertices, `subgroup_size_control` the speed on GPUs whose subgroups have several sizes.
     pub features: EnabledFeatures,
     /// Least values of limits.
     pub limits: Vec<Limit>,
@@ -215,16 +216,36 @@ fn short_limits(
     })
 }
 
-/// What the invocations of compute shaders can do together; `device` has Vulkan 1.1 or later.
-pub(in crate::gpu) fn together(instance: &ash::Instance, device: vk::PhysicalDevice) -> Together {
+/// What the invocations of compute shaders can do together on a device of Vulkan 1.1 or later, used by an
+/// instance of `api_version` and with the given features enabled.
+pub(in crate::gpu) fn together(
+    instance: &ash::Instance,
+    device: vk::PhysicalDevice,
+    (api_version, enabled): (u32, EnabledFeatures),
+) -> Together {
     let mut subgroups = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
     let mut chain = vk::PhysicalDeviceProperties2::default().push_next(&mut subgroups);
-    // SAFETY: `device` is a physical device of `instance`; the chain outlives the call.
+    // SAFETY: `device` is a physical device of `instance`.
+    let version = unsafe { instance.get_physical_device_properties(device) }.api_version;
+    let tells_sizes = version.min(api_version) >= vk::API_VERSION_1_3
+        || has_extension(instance, device, vk::EXT_SUBGROUP_SIZE_CONTROL_NAME);
+    if tells_sizes {
+        chain = chain.push_next(&mut sizes);
+    }
+    // SAFETY: as above; the chain outlives the call.
     unsafe { instance.get_physical_device_properties2(device, &mut chain) };
     let limits = chain.properties.limits;
     let compute = subgroups.supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
     Together {
         subgroup: subgroups.subgroup_size,
+        subgroup_range: tells_sizes.then_some([sizes.min_subgroup_size, sizes.max_subgroup_size]),
+        required_subgroups: match enabled.subgroup_size_control
+            && sizes.required_subgroup_size_stages.contains(vk::ShaderStageFlags::COMPUTE)
+        {
+            true => sizes.max_compute_workgroup_subgroups,
+            false => 0,
+        },
         operations: if compute { subgroups.supported_operations } else { Default::default() },
         group: limits.max_compute_work_group_invocations,
         shared: limits.max_compute_shared_memory_size,

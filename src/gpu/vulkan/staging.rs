@@ -28,7 +28,7 @@ enum Copy<'a> {
 
 impl<'a> Uploader<'a> {
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>) -> Result<Self> {
         let usage = vk::BufferUsageFlags::TRANSFER_SRC;
         let staging = Buffer::new(context, "staging", CAPACITY as u64, usage, Access::Upload)?;
@@ -39,7 +39,7 @@ impl<'a> Uploader<'a> {
     /// Puts `data` into `to`, `offset` bytes from its front.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn buffer(&mut self, to: &'a Buffer, mut offset: u64, data: &[u8]) -> Result<()> {
         let mut rest = data;
         while !rest.is_empty() {
@@ -60,7 +60,7 @@ impl<'a> Uploader<'a> {
     /// Puts a picture into a mip level of `to`, which is in layout `GENERAL`.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn level(&mut self, to: &'a Image, mip_level: u32, level: &TextureLevel) -> Result<()> {
         let width = level.width as usize;
         let mut y = 0;
@@ -89,7 +89,7 @@ impl<'a> Uploader<'a> {
     /// Runs the copies that are left.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     pub fn finish(mut self) -> Result<()> {
         self.flush()
     }
@@ -103,7 +103,7 @@ impl<'a> Uploader<'a> {
     }
 
     fn flush(&mut self) -> Result<()> {
-        self.staging.write(&self.bytes);
+        self.staging.write(&self.bytes)?;
         let (context, from) = (&self.context, self.staging.raw());
         Commands::once(context, |cmd| {
             for copy in &self.copies {
@@ -112,9 +112,9 @@ impl<'a> Uploader<'a> {
                 unsafe {
                     match *copy {
                         Copy::Buffer(to, region) => {
-                            context.device().cmd_copy_buffer(cmd, from, to.raw(), &[region]);
+                            context.recorder().cmd_copy_buffer(cmd, from, to.raw(), &[region]);
                         }
-                        Copy::Image(to, region) => context.device().cmd_copy_buffer_to_image(
+                        Copy::Image(to, region) => context.recorder().cmd_copy_buffer_to_image(
                             cmd,
                             from,
                             to.raw(),
@@ -140,10 +140,11 @@ impl<'a> Uploader<'a> {
 /// Reads the first `count` elements of a buffer that compute shaders wrote and copies may read.
 ///
 /// # Errors
-/// What the device reports.
+/// [Device errors](crate::Error::is_device).
 pub fn read_buffer<T: Pod>(context: &Arc<Context>, from: &Buffer, count: usize) -> Result<Vec<T>> {
     let mut out = vec![T::zeroed(); count];
     let (size, usage) = (size_of_val(&out[..]) as u64, vk::BufferUsageFlags::TRANSFER_DST);
+    context.check_present()?;
     if size == 0 {
         return Ok(out);
     }
@@ -151,10 +152,10 @@ pub fn read_buffer<T: Pod>(context: &Arc<Context>, from: &Buffer, count: usize) 
     Commands::once(context, |cmd| {
         let region = [vk::BufferCopy::default().size(size)];
         // SAFETY: both buffers are alive and hold so many bytes.
-        unsafe { context.device().cmd_copy_buffer(cmd, from.raw(), to.raw(), &region) };
+        unsafe { context.recorder().cmd_copy_buffer(cmd, from.raw(), to.raw(), &region) };
         context.barrier(cmd, COPY_WRITE, HOST_READ);
         Ok(())
     })?;
-    to.read(&mut out);
+    to.read(&mut out)?;
     Ok(out)
 }

@@ -68,13 +68,13 @@ pub trait Studio {
     /// The colour picture under a rig.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn paint(&mut self, rig: &[Light]) -> Result<RgbImage>;
 
     /// The quality of a rig.
     ///
     /// # Errors
-    /// What the device reports.
+    /// [Device errors](crate::Error::is_device).
     fn judge(&mut self, rig: &[Light]) -> Result<Quality>;
 }
 
