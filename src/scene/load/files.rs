@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 
 /// Most bytes that a scene's files may have together.
 pub const MAX_BYTES: u64 = 8 << 30;
+/// Most bytes of its JSON, which takes many times its size in memory once it is parsed.
+const MAX_JSON: u64 = 1 << 30;
 
 /// Exporters leave the padding out now and then.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -118,6 +120,22 @@ pub fn split(data: &[u8]) -> Parsed<(&[u8], Option<&[u8]>)> {
 
 /// Where the JSON and the binary chunk lie in a source of `length` bytes.
 fn places(
+    source: &mut (impl Read + Seek),
+    length: u64,
+) -> Parsed<(Range<u64>, Option<Range<u64>>)> {
+    let (json, bin) = chunks(source, length)?;
+    let length = json.end - json.start;
+    if length > MAX_JSON {
+        return Err(format!(
+            "has {length} bytes of JSON, more than klieg reads ({MAX_JSON}): put buffers and images \
+             into files of their own, or into a GLB"
+        ));
+    }
+    Ok((json, bin))
+}
+
+/// The same of any lengths.
+fn chunks(
     source: &mut (impl Read + Seek),
     length: u64,
 ) -> Parsed<(Range<u64>, Option<Range<u64>>)> {
