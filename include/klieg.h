@@ -531,6 +531,9 @@ klieg_status klieg_lights_in_world(const struct klieg_frame *frame,
 // A scene. One thread at a time; evaluators that are made of it do not need it any more.
 typedef struct klieg_scene klieg_scene;
 
+// Which files a scene may name: one of `KLIEG_FILES_...`.
+typedef int32_t klieg_file_access;
+
 // How a texture continues outside 0..1: one of `KLIEG_WRAP_...`.
 typedef int32_t klieg_wrap;
 
@@ -614,6 +617,12 @@ typedef struct klieg_mesh {
     uint32_t material;
 } klieg_mesh;
 
+// Files in the folder of the scene's own file, and below; for scenes of unknown origin.
+#define KLIEG_FILES_IN_SCENE_FOLDER 0
+
+// All files that the program may read.
+#define KLIEG_FILES_ANYWHERE 1
+
 // Tiled.
 #define KLIEG_WRAP_REPEAT 0
 
@@ -623,10 +632,17 @@ typedef struct klieg_mesh {
 // The border's texel.
 #define KLIEG_WRAP_CLAMP 2
 
-// Loads a glTF 2.0 file, `.glb` or `.gltf`; `path` is UTF-8. The scene is finished. Any thread.
+// Loads a glTF 2.0 file, `.glb` or `.gltf`, as `klieg_scene_load_with` does with
+// `KLIEG_FILES_IN_SCENE_FOLDER`. Any thread.
+klieg_status klieg_scene_load(const char *path, struct klieg_scene **scene);
+
+// Loads a glTF 2.0 file, `.glb` or `.gltf`, that may name the files which `access` allows; `path` is
+// UTF-8. The scene is finished. Any thread.
 //
 // `KLIEG_ERROR_INPUT` for a file that cannot be used.
-klieg_status klieg_scene_load(const char *path, struct klieg_scene **scene);
+klieg_status klieg_scene_load_with(const char *path,
+                                   klieg_file_access access,
+                                   struct klieg_scene **scene);
 
 // Begins a scene that is made of arrays; `name` is UTF-8, for people, and may be `NULL`. Add textures,
 // then the materials that use them, then meshes, then instances; then finish it. Any thread.

@@ -2,7 +2,46 @@
 
 mod common;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use common::{Folder, ball, klieg};
+
+/// Every command that loads a scene refuses one that reads outside its folder, unless it is told to.
+#[test]
+fn files_outside_the_scene_s_folder_are_read_only_where_allowed() {
+    let place = Folder::new();
+    let mut scene = ball();
+    let uri = scene["buffers"][0]["uri"].as_str().unwrap();
+    let data = STANDARD.decode(uri.split_once(',').unwrap().1).unwrap();
+    std::fs::write(place.path("outside.bin"), data).unwrap();
+    scene["buffers"][0]["uri"] = "../outside.bin".into();
+    std::fs::create_dir(place.path("scene")).unwrap();
+    std::fs::write(place.path("scene/a.gltf"), scene.to_string()).unwrap();
+    let small = ["--size", "16x12"];
+    let commands: [&[&str]; 5] = [
+        &["analyze", "scene/a.gltf", "--out", "maps"],
+        &["score", "scene/a.gltf", "--preset", "headlight"],
+        &["design", "scene/a.gltf", "--out", "out", "--generations", "1"],
+        &["study", "landscape", "scene/a.gltf", "--out", "study", "--grid", "2x2"],
+        &["bench", "scene/a.gltf", "--runs", "1", "--population", "2", "--lights", "1"],
+    ];
+    for command in commands {
+        let command = [command, &small].concat();
+        let message = fails(&place, &command, 2);
+        let words = ["a.gltf", "'../outside.bin'", "--allow-outside"];
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+        place.klieg(&[&command[..], &["--allow-outside"]].concat()).assert().success();
+    }
+    let batch = ["batch", "scene", "--out", "lit", "--generations", "1", "--size", "16x12"];
+    let refused = place.klieg(&batch).assert().code(2).get_output().clone();
+    assert!(String::from_utf8(refused.stderr).unwrap().contains("'../outside.bin'"));
+    std::fs::write(place.path("allow.toml"), "allow_outside = true").unwrap();
+    place.klieg(&[&batch[..], &["--config", "allow.toml"]].concat()).assert().success();
+    // What they wrote needs no permission any more.
+    for lit in ["out/lit.glb", "lit/a/lit.glb"] {
+        place.klieg(&["score", lit]).assert().success();
+    }
+}
 
 /// Runs a command that must fail and gives its message.
 fn fails(place: &Folder, arguments: &[&str], code: i32) -> String {

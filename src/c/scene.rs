@@ -6,6 +6,7 @@ use super::edge::{
 };
 use super::error::klieg_status;
 use crate::scene::build::{MeshData, SceneBuilder, TextureData};
+use crate::scene::load::FileAccess;
 use crate::scene::{Material, Scene, TextureRef, Wrap, load, view};
 use ash::vk;
 use glam::DMat4;
@@ -45,6 +46,13 @@ impl SceneBody {
         }
     }
 }
+
+/// Which files a scene may name: one of `KLIEG_FILES_...`.
+pub type klieg_file_access = i32;
+/// Files in the folder of the scene's own file, and below; for scenes of unknown origin.
+pub const KLIEG_FILES_IN_SCENE_FOLDER: klieg_file_access = 0;
+/// All files that the program may read.
+pub const KLIEG_FILES_ANYWHERE: klieg_file_access = 1;
 
 /// How a texture continues outside 0..1: one of `KLIEG_WRAP_...`.
 pub type klieg_wrap = i32;
@@ -145,9 +153,8 @@ pub struct klieg_mesh {
     pub material: u32,
 }
 
-/// Loads a glTF 2.0 file, `.glb` or `.gltf`; `path` is UTF-8. The scene is finished. Any thread.
-///
-/// `KLIEG_ERROR_INPUT` for a file that cannot be used.
+/// Loads a glTF 2.0 file, `.glb` or `.gltf`, as `klieg_scene_load_with` does with
+/// `KLIEG_FILES_IN_SCENE_FOLDER`. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_scene_load(
     path: *const c_char,
@@ -158,6 +165,27 @@ pub unsafe extern "C" fn klieg_scene_load(
         make(scene, || {
             let path = text(path, "path")?;
             Ok(SceneBody::whole(load::load(Path::new(path))?))
+        })
+    }
+}
+
+/// Loads a glTF 2.0 file, `.glb` or `.gltf`, that may name the files which `access` allows; `path` is
+/// UTF-8. The scene is finished. Any thread.
+///
+/// `KLIEG_ERROR_INPUT` for a file that cannot be used.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn klieg_scene_load_with(
+    path: *const c_char,
+    access: klieg_file_access,
+    scene: *mut *mut klieg_scene,
+) -> klieg_status {
+    // SAFETY: the caller's pointers.
+    unsafe {
+        make(scene, || {
+            let path = text(path, "path")?;
+            let accesses = [FileAccess::SceneFolder, FileAccess::Anywhere];
+            let access = choice(&accesses, access, "access")?;
+            Ok(SceneBody::whole(load::load_with(Path::new(path), access)?))
         })
     }
 }

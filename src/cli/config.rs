@@ -10,6 +10,7 @@ use crate::lighting::shading::Shading;
 use crate::lighting::start::StartSettings;
 use crate::objective::Objective;
 use crate::optimize::{DescentSettings, GeneticSettings};
+use crate::scene::load::FileAccess;
 use crate::{Error, Result};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -23,6 +24,8 @@ pub struct Settings {
     pub seed: u64,
     /// What computes.
     pub device: Device,
+    /// Whether scenes may name files outside their folders.
+    pub allow_outside: bool,
     /// How Vulkan devices make the pictures.
     pub pipeline: Pipeline,
     /// Memory of a Vulkan device for the pictures of a population, MiB; half of the device's where absent.
@@ -218,6 +221,11 @@ impl Settings {
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::input(path, e))?;
         toml::from_str(&text).map_err(|e| Error::input(path, e.to_string().trim_end()))
+    }
+
+    /// The files that scenes may name.
+    pub fn access(&self) -> FileAccess {
+        if self.allow_outside { FileAccess::Anywhere } else { FileAccess::SceneFolder }
     }
 
     /// The genome of the lights that are searched.

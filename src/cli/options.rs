@@ -40,6 +40,10 @@ pub(super) struct LookOptions {
     /// [default: 0.2 each]
     #[arg(long, value_name = "WEIGHTS", allow_hyphen_values = true)]
     weights: Option<Weights>,
+    /// Let scenes name files outside their own folders too: by '..', by absolute paths or 'file:'
+    /// URIs, or over symbolic links; what they name may come to stand in lit.glb
+    #[arg(long)]
+    allow_outside: bool,
     /// Read settings from a TOML file; options on the command line go before them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
@@ -134,6 +138,7 @@ impl LookOptions {
             fov: self.fov,
             ..ViewSettings::default()
         });
+        settings.allow_outside |= self.allow_outside;
         if let Some(weights) = &self.weights {
             weights.apply(&mut settings.objective.weights)?;
         }

@@ -13,6 +13,7 @@ use crate::report::exhibit::Studio;
 use crate::report::json::{Header, Timing};
 use crate::report::picture::BACKGROUND;
 use crate::scene::framing::{Framing, frame};
+use crate::scene::load::FileAccess;
 use crate::scene::view::{Camera, View};
 use crate::scene::{self, Scene};
 use crate::study::Subject;
@@ -102,9 +103,9 @@ impl Loaded {
     ///
     /// # Errors
     /// [`crate::Error::Input`].
-    pub fn read(path: &Path) -> crate::Result<Self> {
+    pub fn read(path: &Path, access: FileAccess) -> crate::Result<Self> {
         let start = Instant::now();
-        let scene = Arc::new(scene::load::load(path)?);
+        let scene = Arc::new(scene::load::load_with(path, access)?);
         Ok(Self { scene, load: milliseconds(start) })
     }
 }
@@ -116,7 +117,7 @@ impl Session {
     /// Faults of the settings, the file and the device.
     pub fn open(path: &Path, settings: Settings) -> Result<Self> {
         settings.check()?;
-        let loaded = Loaded::read(path)?;
+        let loaded = Loaded::read(path, settings.access())?;
         warn(&loaded.scene.warnings);
         let begin = Instant::now();
         let device = device::open(&settings.device, &settings)?;
@@ -190,8 +191,8 @@ impl Studio for Session {
 ///
 /// # Errors
 /// [`crate::Error::Input`].
-pub(super) fn load(path: &Path) -> Result<Scene> {
-    let scene = scene::load::load(path)?;
+pub(super) fn load(path: &Path, access: FileAccess) -> Result<Scene> {
+    let scene = scene::load::load_with(path, access)?;
     warn(&scene.warnings);
     Ok(scene)
 }

@@ -5,6 +5,7 @@ mod document;
 mod strip;
 
 use super::lights::LightExtras;
+use super::load::FileAccess;
 use super::view::{DesignedView, Projection, View};
 use crate::lighting::{Light, LightKind, Role};
 use crate::{Error, Result};
@@ -22,7 +23,8 @@ const FAR: f64 = 1e4;
 
 /// Writes the scene in the file `source` to `out` as one self-contained GLB: unchanged, with the
 /// lights of `rig` and the camera of `view` appended as nodes. What klieg appended to it before is
-/// replaced. Files that only unknown extensions name stay outside.
+/// replaced. The buffers and images that `source` names, and that anything in it uses, are taken in
+/// where `access` allows them; files that unknown extensions alone name stay outside.
 ///
 /// Intensities are physical, as [`Light::intensity`] says. The pair of diffuse and specular intensity
 /// stands in the `extras` of the light's node as
@@ -31,11 +33,17 @@ const FAR: f64 = 1e4;
 /// # Errors
 /// [`Error::Input`] when `source` or a file that it names cannot be used, [`Error::Argument`] for a
 /// light that glTF cannot express, [`Error::Output`] when `out` cannot be written.
-pub fn write(source: &Path, view: &View, rig: &[Light], out: &Path) -> Result<()> {
+pub fn write(
+    source: &Path,
+    access: FileAccess,
+    view: &View,
+    rig: &[Light],
+    out: &Path,
+) -> Result<()> {
     rig.iter().try_for_each(check)?;
     let mut document = Document::read(source)?;
     strip::strip(&mut document.root);
-    document.embed_files()?;
+    document.embed_files(access)?;
     let scene = drawn_scene(&mut document)?;
     for (light, name) in rig.iter().zip(names(rig)) {
         let index = add_light(&mut document, light_json(light, view, &name))?;

@@ -185,6 +185,10 @@ static void provoke(klieg_context *context, klieg_evaluator *evaluator) {
 
     REFUSE(NULL, klieg_scene_load("no such file.glb", &scene), KLIEG_ERROR_INPUT, "no such file");
     REFUSE(NULL, klieg_scene_load("\xff", &scene), KLIEG_ERROR_ARGUMENT, "UTF-8");
+    REFUSE(NULL, klieg_scene_load_with("no such file.glb", KLIEG_FILES_ANYWHERE, &scene),
+           KLIEG_ERROR_INPUT, "no such file");
+    REFUSE(NULL, klieg_scene_load_with("no such file.glb", 9, &scene), KLIEG_ERROR_ARGUMENT,
+           "access 9");
     CHECK(NULL, klieg_scene_create(NULL, &scene));
     EXPECT(strcmp(klieg_error(scene), "") == 0);
     REFUSE(scene, klieg_scene_finish(scene), KLIEG_ERROR_ARGUMENT, "nothing");

@@ -12,8 +12,12 @@ pub const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0,
 
 /// A picture of one pixel.
 pub fn png() -> Vec<u8> {
+    picture(1)
+}
+
+fn picture(width: u32) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
-    image::RgbImage::new(1, 1).write_to(&mut bytes, image::ImageFormat::Png).expect("a PNG");
+    image::RgbImage::new(width, 1).write_to(&mut bytes, image::ImageFormat::Png).expect("a PNG");
     bytes.into_inner()
 }
 
@@ -74,6 +78,7 @@ pub fn write_all(folder: &Path) -> Vec<PathBuf> {
         ("unknown.glb", glb(&with_unknown_parts(), Some(&positions()))),
         ("files.gltf", with_files(folder).to_string().into_bytes()),
         ("data.gltf", with_data_uri().to_string().into_bytes()),
+        ("unused.gltf", with_unused_files(folder).to_string().into_bytes()),
     ];
     fixtures.map(|(name, bytes)| write(folder, name, &bytes)).to_vec()
 }
@@ -137,8 +142,38 @@ fn with_files(folder: &Path) -> Value {
     let views = root["bufferViews"].as_array_mut().expect("an array");
     views.push(json!({ "buffer": 1, "byteLength": 5 }));
     views.push(json!({ "buffer": 2, "byteLength": 4 }));
+    for (view, count) in [(1, 5), (2, 4)] {
+        let accessors = root["accessors"].as_array_mut().expect("an array");
+        let bytes = json!({ "bufferView": view, "componentType": 5121, "type": "SCALAR" });
+        accessors.push(bytes);
+        accessors[view]["count"] = count.into();
+    }
     root["images"] = json!([{ "uri": "%C3%A4.png", "name": "first" }, { "uri": "ä.png" }]);
     root["textures"] = json!([{ "source": 0 }, { "source": 1 }]);
+    root
+}
+
+/// What stands in the files that nothing in `unused.gltf` uses.
+pub const SECRET: &[u8] = b"a secret that no part of the scene uses";
+
+/// The second of three buffers is used, and the last of three images.
+pub fn with_unused_files(folder: &Path) -> Value {
+    write(folder, "secret.txt", SECRET);
+    write(folder, "positions.bin", &positions());
+    write(folder, "used.png", &png());
+    write(folder, "unused.png", &picture(3));
+    let mut root = triangle();
+    root["bufferViews"][0]["buffer"] = 1.into();
+    root["buffers"] = json!([
+        { "uri": "secret.txt", "byteLength": 39, "name": "first" },
+        { "uri": "positions.bin", "byteLength": 36 },
+        { "uri": "secret.txt", "byteLength": 38 },
+    ]);
+    let views = root["bufferViews"].as_array_mut().expect("an array");
+    views.push(json!({ "buffer": 2, "byteOffset": 4, "byteStride": 4, "byteLength": 34 }));
+    root["images"] =
+        json!([{ "uri": "unused.png" }, { "uri": "unused.png" }, { "uri": "used.png" }]);
+    root["textures"] = json!([{ "source": 2 }]);
     root
 }
 

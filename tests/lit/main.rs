@@ -1,5 +1,6 @@
 //! The lit scene: what it keeps of the original, and what comes back from it.
 
+mod files;
 mod fixtures;
 #[path = "../support/npm.rs"]
 mod npm;
@@ -8,6 +9,7 @@ mod validator;
 use fixtures::{glb, parse_glb, png, positions, rig, scene, triangle, views, write, write_all};
 use glam::{DQuat, DVec3};
 use klieg::lighting::{Light, LightKind};
+use klieg::scene::load::FileAccess::SceneFolder;
 use klieg::scene::view::{Camera, Projection, View};
 use klieg::scene::{Scene, SceneLight, SceneLightKind, lights, lit, load};
 use serde_json::{Map, Value, json};
@@ -16,7 +18,7 @@ use std::path::Path;
 /// Lights a file and gives JSON and binary chunk of the result.
 fn light(source: &Path, view: &View, rig: &[Light]) -> (Value, Vec<u8>) {
     let out = source.with_file_name("out.glb");
-    lit::write(source, view, rig, &out).expect("a lit scene");
+    lit::write(source, SceneFolder, view, rig, &out).expect("a lit scene");
     parse_glb(&std::fs::read(out).expect("the lit scene"))
 }
 
@@ -103,8 +105,8 @@ fn files_beside_the_scene_are_taken_in() {
 fn an_image_alone_makes_the_first_buffer() {
     let folder = tempfile::tempdir().expect("a folder");
     write(folder.path(), "a.png", &png());
-    let root =
-        json!({ "asset": { "version": "2.0" }, "nodes": [{}], "images": [{ "uri": "a.png" }] });
+    let root = json!({ "asset": { "version": "2.0" }, "nodes": [{}], "images": [{ "uri": "a.png" }],
+            "textures": [{ "source": 0 }] });
     let path = write(folder.path(), "a.gltf", root.to_string().as_bytes());
     let (root, binary) = light(&path, &views()[0], &rig());
     assert_eq!(root["images"], json!([{ "mimeType": "image/png", "bufferView": 0 }]));
@@ -118,7 +120,7 @@ fn lighting_again_replaces_the_lights() {
     let (one, two) = (folder.path().join("one.glb"), folder.path().join("two.glb"));
     for source in write_all(folder.path()) {
         let write = |source, rig: &[Light], out: &Path| {
-            lit::write(source, &views()[0], rig, out).expect("a lit scene");
+            lit::write(source, SceneFolder, &views()[0], rig, out).expect("a lit scene");
             std::fs::read(out).expect("the lit scene")
         };
         let (four, single) = (write(&source, &rig(), &one), write(&source, &rig()[..1], &two));
@@ -271,7 +273,7 @@ fn a_lit_file_loads_with_its_rig_and_view() {
     let out = folder.path().join("out.glb");
     for source in write_all(folder.path()) {
         for view in views() {
-            lit::write(&source, &view, &rig(), &out).expect("a lit scene");
+            lit::write(&source, SceneFolder, &view, &rig(), &out).expect("a lit scene");
             let mut lit_scene = load::load(&out).expect("the lit scene");
             let is_own = |camera: &&Camera| camera.designed.is_some();
             let cameras: Vec<_> = lit_scene.cameras.iter().filter(is_own).cloned().collect();
@@ -319,9 +321,9 @@ fn what_cannot_be_written_is_an_error() {
     let view = &views()[0];
     let path = write(folder.path(), "a.glb", &glb(&triangle(), Some(&positions())));
     let missing = folder.path().join("missing/out.glb");
-    let error = lit::write(&path, view, &rig(), &missing).expect_err("no such folder");
+    let error = lit::write(&path, SceneFolder, view, &rig(), &missing).expect_err("no such folder");
     assert!(!error.is_input() && error.to_string().contains("out.glb"), "{error}");
-    let error = lit::write(&path, view, &rig(), folder.path()).expect_err("a folder");
+    let error = lit::write(&path, SceneFolder, view, &rig(), folder.path()).expect_err("a folder");
     assert!(!error.is_input(), "{error}");
 
     let out = folder.path().join("out.glb");
@@ -330,7 +332,7 @@ fn what_cannot_be_written_is_an_error() {
     let mut central = rig();
     central[0].distance = 0.0;
     for rig in [endless, central] {
-        let error = lit::write(&path, view, &rig, &out).expect_err("a light");
+        let error = lit::write(&path, SceneFolder, view, &rig, &out).expect_err("a light");
         assert!(error.is_input(), "{error}");
     }
     let broken = |change: &dyn Fn(&mut Value), fault: &str| {
@@ -338,7 +340,7 @@ fn what_cannot_be_written_is_an_error() {
         root["buffers"][0]["uri"] = "short.bin".into();
         change(&mut root);
         let source = write(folder.path(), "broken.gltf", root.to_string().as_bytes());
-        let error = lit::write(&source, view, &rig(), &out).expect_err(fault);
+        let error = lit::write(&source, SceneFolder, view, &rig(), &out).expect_err(fault);
         let text = error.to_string();
         assert!(error.is_input() && text.contains("broken.gltf") && text.contains(fault), "{text}");
     };
@@ -349,10 +351,17 @@ fn what_cannot_be_written_is_an_error() {
     broken(&|root| root["nodes"] = 1.into(), "nodes");
     broken(&|root| root["scene"] = 7.into(), "scene 7");
     broken(&|root| root["extensions"] = json!([]), "KHR_lights_punctual");
-    broken(&|root| root["images"] = json!([{ "uri": "short.bin" }]), "image format");
+    let image = |root: &mut Value| {
+        root["images"] = json!([{ "uri": "short.bin" }]);
+        root["textures"] = json!([{ "source": 0 }]);
+    };
+    broken(&image, "image format");
     for bytes in [&b"glTF"[..], b"{", b"[]", b""] {
         let source = write(folder.path(), "bytes.glb", bytes);
-        assert!(lit::write(&source, view, &rig(), &out).is_err_and(|error| error.is_input()));
+        assert!(
+            lit::write(&source, SceneFolder, view, &rig(), &out)
+                .is_err_and(|error| error.is_input())
+        );
     }
     assert!(!out.exists());
     let names = std::fs::read_dir(folder.path()).expect("the folder");

@@ -3,6 +3,7 @@
 use super::fixtures::{glb, positions, rig, triangle, views, write, write_all};
 use super::npm;
 use klieg::scene::lit;
+use klieg::scene::load::FileAccess::SceneFolder;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -37,9 +38,9 @@ fn lit_scenes_are_as_valid_as_the_originals() {
     for (index, source) in sources.iter().enumerate() {
         for (number, view) in views().iter().enumerate() {
             let out = folder.path().join(format!("out-{index}-{number}.glb"));
-            lit::write(source, view, &rig(), &out).expect("a lit scene");
+            lit::write(source, SceneFolder, view, &rig(), &out).expect("a lit scene");
             // Once more, to see what the removal of the first lights leaves.
-            lit::write(&out, view, &rig()[..2], &out).expect("a lit scene");
+            lit::write(&out, SceneFolder, view, &rig()[..2], &out).expect("a lit scene");
             lit.push(out);
         }
     }

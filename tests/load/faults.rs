@@ -1,6 +1,7 @@
 //! Wrong files: each is an error that names the file and the fault, never a panic or a hang.
 
 use crate::file::*;
+use base64::Engine;
 use klieg::scene::load::load;
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -59,6 +60,17 @@ fn broken_containers() {
     assert!(load(&b"{\"a\":".repeat(100_000)).contains("JSON"), "deep nesting");
 }
 
+/// JSON takes many times its size once it is parsed; the file has no content on the disk.
+#[test]
+fn json_that_would_take_all_memory() {
+    let folder = Folder::new();
+    folder.write("a.gltf", b"{");
+    let file = std::fs::File::options().write(true).open(folder.path("a.gltf")).unwrap();
+    file.set_len((1 << 30) + 1).unwrap();
+    let fault = fault(load(&folder.path("a.gltf")), "a.gltf");
+    assert!(fault.contains("1073741825 bytes of JSON"), "{fault}");
+}
+
 #[test]
 fn versions_and_extensions() {
     assert_fault(&changed(|j| j["asset"] = json!({"version": "1.0"})), &["version '1.0'"]);
@@ -95,11 +107,14 @@ fn buffers_that_are_missing_or_short() {
     let short = load("short.bin");
     assert!(short.contains("'short.bin'") && short.contains("bytes"), "{short}");
     assert!(load("https://example.org/a.bin").contains("relative"));
-    assert!(load("/etc/hostname").contains("relative"));
+    assert!(load("/etc/hostname").contains("leads out"));
     assert!(load("data:application/octet-stream;base64,AA==").contains("bytes"));
     folder.write("folder/x", b"");
     assert!(load("folder").contains("directory"));
-    let no_uri = changed(|j| j["buffers"] = json!([{"byteLength": 4}, {"byteLength": 4}]));
+    let no_uri = changed(|j| {
+        j["buffers"] = json!([{"byteLength": 4}, {"byteLength": 4}]);
+        j["bufferViews"][0]["buffer"] = json!(1);
+    });
     assert_fault(&no_uri, &["buffers[1]", "URI"]);
     assert_fault(&changed(|j| j["buffers"] = json!([{"byteLength": 9999}])), &["buffers[0]"]);
 }
@@ -176,6 +191,84 @@ fn counts_that_would_take_all_memory() {
     let primitives = vec![json!({"attributes": {"POSITION": 0}}); 100_000];
     file.json["meshes"][0]["primitives"] = json!(primitives);
     assert_fault(&file, &["more vertices"]);
+}
+
+/// A single element has no neighbour, so its stride says nothing, however large.
+#[test]
+fn strides_beyond_the_file_take_no_memory() {
+    for stride in [1 << 20, 1 << 41, 1 << 62, (1u64 << 63) + 4, u64::MAX] {
+        let mut file = File::square();
+        let position = file.accessor(&floats(&[0.5; 3]), "VEC3", F32, 1);
+        let view = file.json["accessors"][position]["bufferView"].as_u64().unwrap() as usize;
+        file.json["bufferViews"][view]["byteStride"] = json!(stride);
+        file.mesh(json!({"attributes": {"POSITION": position}}));
+        assert_eq!(file.scene().polygons(), 2, "{stride}");
+        // The same out of memory, and as the base of a sparse accessor.
+        let folder = Folder::new();
+        let data = base64::engine::general_purpose::STANDARD.encode(&file.bin);
+        let uri = format!("data:application/octet-stream;base64,{data}");
+        folder.load("a.gltf", &file.gltf(&uri)).unwrap();
+        let indices = file.view(&[0]);
+        let values = file.view(&floats(&[0.25; 3]));
+        for view in [indices, values] {
+            file.json["bufferViews"][view]["byteStride"] = json!(stride);
+        }
+        file.json["accessors"][position]["sparse"] = json!({"count": 1,
+            "indices": {"bufferView": indices, "componentType": U8},
+            "values": {"bufferView": values}});
+        assert_eq!(file.scene().polygons(), 2, "{stride}");
+        // Two elements at such a distance do not fit.
+        let mut file = File::square();
+        file.json["bufferViews"][0]["byteStride"] = json!(stride);
+        assert_fault(&file, &["accessors[0]", "fit"]);
+    }
+}
+
+/// Images may share a buffer view, each then reading all of it.
+#[test]
+fn images_that_read_the_file_over_and_over() {
+    let mut file = File::textured(json!({}));
+    let mut image = png(1, 1, &[99; 4]);
+    image.resize(1 << 20, 0);
+    let view = file.view(&image);
+    for number in 0..2000 {
+        file.push("images", json!({"bufferView": view}));
+        file.push("textures", json!({"source": number}));
+        let texture = json!({"baseColorTexture": {"index": number}});
+        file.push("materials", json!({"pbrMetallicRoughness": texture}));
+        let mut primitive = file.primitive().clone();
+        primitive["material"] = json!(number + 1);
+        file.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(primitive);
+    }
+    assert_fault(&file, &["images", "overlap"]);
+}
+
+#[test]
+fn images_that_are_larger_than_klieg_reads() {
+    // The header alone of a PNG, as its size is refused before anything is decoded.
+    let header = |width: u32, height: u32| {
+        let mut bytes = png(1, 1, &[99; 4]);
+        bytes[16..20].copy_from_slice(&width.to_be_bytes());
+        bytes[20..24].copy_from_slice(&height.to_be_bytes());
+        let sum = crc32(&bytes[12..29]);
+        bytes[29..33].copy_from_slice(&sum.to_be_bytes());
+        bytes
+    };
+    for (width, height) in [(1, 1 << 15), (1 << 15, 1), (1 << 31, 1 << 31), (16_384, 16_384)] {
+        let texture = json!({"baseColorTexture": {"index": 0}});
+        let mut file = File::textured(json!({"pbrMetallicRoughness": texture}));
+        let view = file.view(&header(width, height));
+        file.push("images", json!({"bufferView": view}));
+        file.push("textures", json!({"source": 0}));
+        assert_fault(&file, &["image 0"]);
+    }
+}
+
+/// The checksum of a PNG's chunk.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |sum: u32, &byte| {
+        (0..8).fold(sum ^ u32::from(byte), |sum, _| (sum >> 1) ^ ((sum & 1) * 0xedb8_8320))
+    })
 }
 
 #[test]

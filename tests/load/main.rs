@@ -4,4 +4,5 @@ mod faults;
 mod file;
 mod geometry;
 mod materials;
+mod outside;
 mod stage;

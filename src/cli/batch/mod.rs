@@ -15,6 +15,7 @@ use super::{describe, print};
 use crate::Error;
 use crate::optimize::Progress;
 use crate::report::Staging;
+use crate::scene::load::FileAccess;
 use anyhow::{Context, Result};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -120,8 +121,8 @@ struct Ready {
 }
 
 impl Ready {
-    fn read(path: &Path) -> crate::Result<Self> {
-        let scene = Loaded::read(path)?;
+    fn read(path: &Path, access: FileAccess) -> crate::Result<Self> {
+        let scene = Loaded::read(path, access)?;
         Ok(Self { files: FileStamp::all(&scene.scene)?.into(), scene })
     }
 }
@@ -136,8 +137,9 @@ impl Batch<'_> {
         std::thread::scope(|scope| {
             // Without a buffer, the thread waits with one scene at hand.
             let (sender, scenes) = mpsc::sync_channel(0);
-            scope
-                .spawn(move || load_ahead(todo.iter().map(|&index| &*items[index].scene), &sender));
+            let paths = todo.iter().map(|&index| &*items[index].scene);
+            let access = settings.access();
+            scope.spawn(move || load_ahead(paths, access, &sender));
             for &index in todo {
                 let scene = scenes.recv().context("the thread that loads scenes has ended")?;
                 if interrupt.check().is_break() {
@@ -225,7 +227,11 @@ fn may_be_lost(fault: &anyhow::Error) -> bool {
 
 /// Loads scenes in turn and hands each over. One that is asked for again at once is not loaded again.
 /// Ends early when nobody takes them any more.
-fn load_ahead<'a>(paths: impl Iterator<Item = &'a Path>, taker: &SyncSender<crate::Result<Ready>>) {
+fn load_ahead<'a>(
+    paths: impl Iterator<Item = &'a Path>,
+    access: FileAccess,
+    taker: &SyncSender<crate::Result<Ready>>,
+) {
     let mut last: Option<Ready> = None;
     for path in paths {
         // What is of no more use goes before the next scene is read.
@@ -233,7 +239,7 @@ fn load_ahead<'a>(paths: impl Iterator<Item = &'a Path>, taker: &SyncSender<crat
         if let Some(ready) = &mut again {
             ready.scene.load = 0.0;
         }
-        let ready = again.map_or_else(|| Ready::read(path), Ok);
+        let ready = again.map_or_else(|| Ready::read(path, access), Ok);
         last = ready.as_ref().ok().cloned();
         if taker.send(ready).is_err() {
             return;
@@ -252,7 +258,7 @@ mod tests {
         let paths: [&Path; 5] = [&pair, &pair, &gone, &pair, &elephant];
         let (sender, scenes) = mpsc::sync_channel(0);
         let loaded: Vec<_> = std::thread::scope(|scope| {
-            scope.spawn(move || load_ahead(paths.into_iter(), &sender));
+            scope.spawn(move || load_ahead(paths.into_iter(), FileAccess::SceneFolder, &sender));
             scenes.iter().map(|ready| ready.map(|ready| ready.scene)).collect()
         });
         let [Ok(first), Ok(second), Err(fault), Ok(third), Ok(last)] = &loaded[..] else {
@@ -268,6 +274,7 @@ mod tests {
     fn nobody_who_takes_scenes_ends_the_thread() {
         let (sender, scenes) = mpsc::sync_channel(0);
         drop(scenes);
-        load_ahead(std::iter::repeat(Path::new("gone.glb")), &sender);
+        let paths = std::iter::repeat(Path::new("gone.glb"));
+        load_ahead(paths, FileAccess::SceneFolder, &sender);
     }
 }

@@ -114,7 +114,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let mut bench = Bench::new(options.kind.into(), options.seed, &options.plan());
     for source in options.sources() {
         let start = Instant::now();
-        let scene = source.scene()?;
+        let scene = source.scene(&settings)?;
         let load_ms = milliseconds(start);
         bench.scenes.push(SceneRecord::new(&scene, load_ms));
         for size in &options.size {
@@ -143,9 +143,9 @@ enum Source<'a> {
 }
 
 impl Source<'_> {
-    fn scene(&self) -> Result<Scene> {
+    fn scene(&self, settings: &Settings) -> Result<Scene> {
         match *self {
-            Self::File(path) => session::load(path),
+            Self::File(path) => session::load(path, settings.access()),
             Self::Relief(triangles, instanced) => Ok(relief::scene(triangles, instanced)),
         }
     }

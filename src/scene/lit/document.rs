@@ -1,7 +1,10 @@
 //! A glTF file as it stands: raw JSON and one binary chunk, so that what klieg does not know stays
 //! untouched. Containers: glTF 2.0 specification, section 4 (GLB).
 
-use crate::scene::load::files::{MAX_BYTES, Resources, read, split};
+use crate::scene::load::FileAccess;
+use crate::scene::load::files::{MAX_BYTES, read, split};
+use crate::scene::load::resources::{Resources, is_data};
+use crate::scene::load::used::Used;
 use crate::{Error, Result};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -51,18 +54,21 @@ impl Document {
     }
 
     /// Takes in all buffers and images that lie in other files. Buffer 0 becomes the binary chunk,
-    /// other buffers data URIs, and images buffer views at its end; no index changes.
+    /// other buffers data URIs, and images buffer views at its end; no index changes. Files that
+    /// nothing uses are not read: a byte stands for such a buffer, and a pixel for such an image.
     ///
     /// # Errors
-    /// [`Error::Input`] when one of them is missing, too short or in no known image format.
-    pub fn embed_files(&mut self) -> Result<()> {
+    /// [`Error::Input`] when one of them is missing, too short, in no known image format or not
+    /// among those that `access` allows.
+    pub fn embed_files(&mut self, access: FileAccess) -> Result<()> {
         let source = self.source.clone();
-        let mut resources = Resources::new(&source, 0);
+        let mut resources = Resources::new(&source, access, 0);
+        let used = Used::of(&self.root);
         for index in 0..self.array_len("buffers") {
-            self.embed_buffer(index, &mut resources)?;
+            self.embed_buffer(index, used.buffers.contains(&index), &mut resources)?;
         }
         for index in 0..self.array_len("images") {
-            self.embed_image(index, &mut resources)?;
+            self.embed_image(index, used.images.contains(&index), &mut resources)?;
         }
         Ok(())
     }
@@ -71,13 +77,26 @@ impl Document {
         self.root.get(key).and_then(Value::as_array).map_or(0, Vec::len)
     }
 
-    fn embed_buffer(&mut self, index: usize, resources: &mut Resources) -> Result<()> {
+    fn embed_buffer(
+        &mut self,
+        index: usize,
+        is_used: bool,
+        resources: &mut Resources,
+    ) -> Result<()> {
         let buffer = &mut self.root["buffers"][index];
         let Some(uri) = buffer["uri"].as_str() else { return Ok(()) };
         if index > 0 && is_data(uri) {
             return Ok(());
         }
-        let mut data = resources.fetch(uri).map_err(|fault| Error::input(&self.source, fault))?;
+        let mut data = vec![0];
+        if is_used || is_data(uri) {
+            let fault = |fault| Error::input(&self.source, format!("buffers[{index}]: {fault}"));
+            data = resources.fetch(uri).map_err(fault)?;
+        } else {
+            buffer["byteLength"] = data.len().into();
+            self.shrink_views(index);
+        }
+        let buffer = &mut self.root["buffers"][index];
         let length = buffer["byteLength"].as_u64().and_then(|length| usize::try_from(length).ok());
         match length {
             Some(length) if length <= data.len() => data.truncate(length),
@@ -96,12 +115,29 @@ impl Document {
         Ok(())
     }
 
-    fn embed_image(&mut self, index: usize, resources: &mut Resources) -> Result<()> {
+    /// Lets the views of a buffer that nothing uses be as long as that is now.
+    fn shrink_views(&mut self, buffer: usize) {
+        let views = self.root.get_mut("bufferViews").and_then(Value::as_array_mut);
+        for view in views.into_iter().flatten().filter_map(Value::as_object_mut) {
+            if view.get("buffer").and_then(Value::as_u64) == Some(buffer as u64) {
+                view.retain(|key, _| key != "byteOffset" && key != "byteStride");
+                view.insert("byteLength".into(), 1.into());
+            }
+        }
+    }
+
+    fn embed_image(
+        &mut self,
+        index: usize,
+        is_used: bool,
+        resources: &mut Resources,
+    ) -> Result<()> {
         let image = &self.root["images"][index];
         let Some(uri) = image["uri"].as_str().filter(|uri| !is_data(uri)) else {
             return Ok(());
         };
-        let data = resources.fetch(uri).map_err(|fault| Error::input(&self.source, fault))?;
+        let fault = |fault| Error::input(&self.source, format!("images[{index}]: {fault}"));
+        let data = if is_used { resources.fetch(uri).map_err(fault)? } else { PIXEL.to_vec() };
         let mime_type = match mime_type(&data).or(image["mimeType"].as_str()) {
             Some(mime_type) => mime_type.to_owned(),
             None => return Err(self.fault(format!("'{uri}' is in no known image format"))),
@@ -186,11 +222,6 @@ pub fn object<'a>(object: &'a mut Object, key: &str) -> Option<&'a mut Object> {
     object.entry(key).or_insert_with(|| json!({})).as_object_mut()
 }
 
-/// Whether a URI carries its bytes itself.
-fn is_data(uri: &str) -> bool {
-    uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
-}
-
 /// Bytes of a GLB with chunks of the given lengths; `None` when its 32-bit length cannot say it.
 fn glb_length(json: usize, binary: Option<usize>) -> Option<u32> {
     let chunk = |length: usize| length.checked_next_multiple_of(4)?.checked_add(8);
@@ -198,6 +229,10 @@ fn glb_length(json: usize, binary: Option<usize>) -> Option<u32> {
     let length = chunk(json)?.checked_add(binary)?.checked_add(12)?;
     u32::try_from(length).ok()
 }
+
+/// A PNG of one black pixel.
+const PIXEL: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01\0\0\0\x01\x08\0\0\0\0:~\x9bU\
+    \0\0\0\nIDATx\xdac`\0\0\0\x02\0\x01\xe5'\xde\xfc\0\0\0\0IEND\xaeB`\x82";
 
 /// Media type of an image file, by its first bytes.
 fn mime_type(data: &[u8]) -> Option<&'static str> {

@@ -184,8 +184,9 @@ impl<'a> Accessors<'a> {
                 view.value(),
             ));
         };
-        // With no elements the offset may lie anywhere.
+        // With no elements the offset may lie anywhere; with one, its stride means nothing.
         let offset = start + if count == 0 { 0 } else { offset };
+        let stride = if count > 1 { stride } else { size };
         match buffer {
             Buffer::Memory(bytes) => {
                 let bytes = &bytes[offset as usize..(offset + span) as usize];
@@ -238,13 +239,15 @@ impl<'a> Accessors<'a> {
     }
 }
 
-/// The bytes of a buffer view.
+/// The bytes of a buffer view with an image, of the `unread` ones that images may still read.
 pub fn view_bytes<'a>(
     root: &Root,
     buffers: &'a [Buffer],
     index: Index<View>,
+    unread: &mut u64,
 ) -> Parsed<Cow<'a, [u8]>> {
     let (buffer, start, length) = place(root, buffers, index)?;
+    *unread = unread.checked_sub(length).ok_or("the file's images overlap too often")?;
     match buffer {
         Buffer::Memory(bytes) => Ok(bytes[start as usize..(start + length) as usize].into()),
         Buffer::File(part) => part.read(start, length).map(Cow::Owned),
@@ -301,7 +304,7 @@ fn slice(accessor: &Accessor) -> Option<Slice> {
     })
 }
 
-/// Elements of a file copied out of their stride.
+/// Elements of a file, all within it, copied out of their stride.
 fn tight_from_file(
     part: &FilePart,
     offset: u64,
@@ -313,8 +316,8 @@ fn tight_from_file(
         return part.read(offset, count as u64 * size as u64);
     }
     let mut tight = Vec::with_capacity(count * size);
-    let together = WINDOW.div_ceil(stride);
-    let mut window = vec![0; together * stride];
+    let together = WINDOW.div_ceil(stride).min(count);
+    let mut window = vec![0; (together - 1) * stride + size];
     for first in (0..count).step_by(together) {
         let number = together.min(count - first);
         let window = &mut window[..(number - 1) * stride + size];

@@ -1,5 +1,6 @@
 //! glTF's JSON: version, extensions and references.
 
+use super::used::Used;
 use super::{Parsed, quoted, warn};
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::mesh::Semantic;
@@ -27,6 +28,8 @@ pub struct Document {
     pub places: Vec<Place>,
     /// KHR_texture_transform of each material's normal texture, which [`Root`] leaves out.
     pub normal_transforms: HashMap<usize, TextureTransform>,
+    /// What anything in the file uses, drawn or not.
+    pub used: Used,
 }
 
 /// A node's transform as the file has it.
@@ -55,9 +58,10 @@ pub fn parse(json: &[u8], warnings: &mut Vec<String>) -> Parsed<Document> {
     let invalid = |error| format!("is not valid glTF: {error}");
     let nodes = value["nodes"].as_array().into_iter().flatten();
     let places = nodes.map(Place::deserialize).collect::<Result<_, _>>().map_err(invalid)?;
+    let used = value.as_object().map(Used::of).unwrap_or_default();
     let root: Root = serde_json::from_value(value).map_err(invalid)?;
     check_references(&root)?;
-    Ok(Document { root, places, normal_transforms })
+    Ok(Document { root, places, normal_transforms, used })
 }
 
 fn check_version(value: &Value) -> Parsed<()> {

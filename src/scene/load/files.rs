@@ -1,23 +1,15 @@
-//! Files and URIs: GLB containers, external files and data URIs (glTF 2.0, 3.6.1 and 4).
+//! Files: what is read of them, and GLB containers (glTF 2.0, 4).
 
-use super::{Parsed, quoted};
-use base64::Engine;
-use base64::engine::DecodePaddingMode;
-use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
-use std::borrow::Cow;
+use super::Parsed;
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Most bytes that a scene's files may have together.
 pub const MAX_BYTES: u64 = 8 << 30;
-
-/// Exporters leave the padding out now and then.
-const BASE64: GeneralPurpose = GeneralPurpose::new(
-    &base64::alphabet::STANDARD,
-    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
-);
+/// Most bytes of its JSON, which takes many times its size in memory once it is parsed.
+const MAX_JSON: u64 = 1 << 30;
 
 /// The whole of a regular file of at most `limit` bytes.
 pub fn read(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
@@ -72,7 +64,8 @@ impl FilePart {
     }
 }
 
-fn reason(error: std::io::Error) -> String {
+/// Why a file cannot be read.
+pub fn reason(error: std::io::Error) -> String {
     match error.kind() {
         std::io::ErrorKind::NotFound => "file not found".to_owned(),
         std::io::ErrorKind::UnexpectedEof => "became shorter while it was read".to_owned(),
@@ -118,6 +111,22 @@ pub fn split(data: &[u8]) -> Parsed<(&[u8], Option<&[u8]>)> {
 
 /// Where the JSON and the binary chunk lie in a source of `length` bytes.
 fn places(
+    source: &mut (impl Read + Seek),
+    length: u64,
+) -> Parsed<(Range<u64>, Option<Range<u64>>)> {
+    let (json, bin) = chunks(source, length)?;
+    let length = json.end - json.start;
+    if length > MAX_JSON {
+        return Err(format!(
+            "has {length} bytes of JSON, more than klieg reads ({MAX_JSON}): put buffers and images \
+             into files of their own, or into a GLB"
+        ));
+    }
+    Ok((json, bin))
+}
+
+/// The same of any lengths.
+fn chunks(
     source: &mut (impl Read + Seek),
     length: u64,
 ) -> Parsed<(Range<u64>, Option<Range<u64>>)> {
@@ -178,121 +187,9 @@ fn glb_places(
     Ok((json.ok_or("is a GLB file without a JSON chunk")?, bin))
 }
 
-/// The file's own folder and what its resources may still read.
-pub struct Resources<'a> {
-    folder: &'a Path,
-    left: u64,
-    /// The file and all that were fetched.
-    pub files: Vec<PathBuf>,
-}
-
-impl<'a> Resources<'a> {
-    /// Resources of the file at `path`, of which `used` bytes are taken already.
-    pub fn new(path: &'a Path, used: u64) -> Self {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        Self { folder, left: MAX_BYTES.saturating_sub(used), files: vec![path.into()] }
-    }
-
-    /// What a URI names: base64 data or a file relative to the scene's.
-    pub fn fetch(&mut self, uri: &str) -> Parsed<Vec<u8>> {
-        match self.open(uri)? {
-            Buffer::Memory(bytes) => Ok(bytes),
-            Buffer::File(part) => {
-                part.read(0, part.len()).map_err(|fault| format!("{}: {fault}", quoted(uri)))
-            }
-        }
-    }
-
-    /// The same, a file being opened but not read.
-    pub fn open(&mut self, uri: &str) -> Parsed<Buffer> {
-        let data = match uri.split_once(':') {
-            Some((scheme, rest)) if scheme.eq_ignore_ascii_case("data") => {
-                Buffer::Memory(data_uri(rest)?)
-            }
-            Some((scheme, _)) if is_scheme(scheme) => {
-                return Err(format!(
-                    "{} is not a relative path: klieg reads no '{}:' URIs",
-                    quoted(uri),
-                    scheme.to_ascii_lowercase()
-                ));
-            }
-            _ => {
-                let relative = percent_decoded(uri)?.replace('\\', "/");
-                if relative.is_empty() || relative.starts_with('/') {
-                    return Err(format!("{} is not a relative path", quoted(uri)));
-                }
-                let path = self.folder.join(relative);
-                let part = FilePart::open(&path, self.left)
-                    .map_err(|fault| format!("{}: {fault}", quoted(uri)))?;
-                self.files.push(path);
-                Buffer::File(part)
-            }
-        };
-        self.left = self.left.saturating_sub(data.len());
-        Ok(data)
-    }
-}
-
-fn is_scheme(text: &str) -> bool {
-    text.starts_with(|first: char| first.is_ascii_alphabetic())
-        && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte))
-}
-
-fn data_uri(rest: &str) -> Parsed<Vec<u8>> {
-    let (head, data) = rest.split_once(',').ok_or("data URI without a comma")?;
-    if !head.to_ascii_lowercase().ends_with(";base64") {
-        return Err("data URI that is not base64".into());
-    }
-    BASE64.decode(percent_decoded(data)?.as_bytes()).map_err(|error| format!("data URI: {error}"))
-}
-
-/// RFC 3986, 2.1.
-fn percent_decoded(uri: &str) -> Parsed<Cow<'_, str>> {
-    if !uri.contains('%') {
-        return Ok(Cow::Borrowed(uri));
-    }
-    let mut bytes = Vec::with_capacity(uri.len());
-    let mut rest = uri.as_bytes();
-    while let [first, tail @ ..] = rest {
-        let digits = tail.get(..2).and_then(|digits| std::str::from_utf8(digits).ok());
-        let code = digits.and_then(|digits| u8::from_str_radix(digits, 16).ok());
-        (rest, _) = match (first, code) {
-            (b'%', Some(code)) => (&tail[2..], bytes.push(code)),
-            _ => (tail, bytes.push(*first)),
-        };
-    }
-    let text = String::from_utf8(bytes).map_err(|_| format!("{} is not UTF-8", quoted(uri)))?;
-    if text.contains('\0') {
-        return Err(format!("{} has a NUL character", quoted(uri)));
-    }
-    Ok(Cow::Owned(text))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn percent_codes_are_decoded() {
-        assert_eq!(percent_decoded("a%20b%C3%A9.png").unwrap(), "a bé.png");
-        assert_eq!(percent_decoded("100%.bin").unwrap(), "100%.bin");
-        assert!(percent_decoded("%ff").is_err());
-        assert!(percent_decoded("a%00").is_err());
-    }
-
-    #[test]
-    fn data_uris_are_base64_with_or_without_padding() {
-        let mut resources = Resources::new(Path::new("x.gltf"), 0);
-        let data = |uri| Resources::fetch(&mut Resources::new(Path::new("x"), 0), uri);
-        assert_eq!(data("data:application/octet-stream;base64,AAEC/w==").unwrap(), [0, 1, 2, 255]);
-        assert_eq!(data("DATA:;base64,AAEC/w").unwrap(), [0, 1, 2, 255]);
-        assert!(data("data:text/plain,hello").is_err());
-        assert!(data("data:;base64,!").is_err());
-        for uri in ["http://h/a.bin", "HTTPS://h/a", "file:///etc/passwd", "/etc/passwd", ""] {
-            let fault = resources.fetch(uri).unwrap_err();
-            assert!(fault.contains("relative"), "{fault}");
-        }
-    }
 
     #[test]
     fn unknown_chunks_are_skipped() {

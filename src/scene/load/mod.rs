@@ -11,7 +11,9 @@ mod mesh;
 mod nodes;
 mod pose;
 mod punctual;
+pub(super) mod resources;
 mod texture;
+pub(super) mod used;
 
 use super::assemble::{label, quoted, warn};
 use super::view::DesignedView;
@@ -19,42 +21,52 @@ use super::{Parsed, Scene, camera};
 use crate::{Error, Result};
 use accessor::Accessors;
 use document::Document;
-use files::{Buffer, FilePart, Resources};
+use files::{Buffer, FilePart};
 use glam::DMat4;
 use gltf::json::Root;
 use gltf::json::extras::RawValue;
 use material::Materials;
 use nodes::Nodes;
 use pose::Pose;
+pub use resources::FileAccess;
+use resources::Resources;
 use serde_json::Value;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Loads the default scene of a glTF file.
+/// Loads the default scene of a glTF file, which may name files in its own folder alone.
+///
+/// # Errors
+/// As [`load_with`].
+pub fn load(path: &Path) -> Result<Scene> {
+    load_with(path, FileAccess::SceneFolder)
+}
+
+/// Loads the default scene of a glTF file, which may name the files that `access` allows.
 ///
 /// Meshes stand in the pose of the file's nodes and default morph weights. What cannot be drawn as
 /// the file says is listed in [`Scene::warnings`].
 ///
 /// # Errors
 /// [`Error::Input`] names the file and its fault.
-pub fn load(path: &Path) -> Result<Scene> {
+pub fn load_with(path: &Path, access: FileAccess) -> Result<Scene> {
     let fault = |fault| Error::input(path, fault);
-    let mut scene = parse(path).map_err(fault)?;
+    let mut scene = parse(path, access).map_err(fault)?;
     scene.path = path.to_owned();
     // Says whether there is any extent to look at.
     super::view::bounds(&scene)?;
     Ok(scene)
 }
 
-fn parse(path: &Path) -> Parsed<Scene> {
+fn parse(path: &Path, access: FileAccess) -> Parsed<Scene> {
     let mut warnings = Vec::new();
     let (json, bin) = files::open(path)?;
     let document = document::parse(&json, &mut warnings)?;
     let used = json.len() as u64 + bin.as_ref().map_or(0, FilePart::len);
     drop(json);
-    let mut resources = Resources::new(path, used);
-    let buffers = buffers(&document.root, bin, &mut resources)?;
+    let mut resources = Resources::new(path, access, used);
+    let buffers = buffers(&document, bin, &mut resources)?;
     let nodes = nodes::place(&document)?;
     let accessors = Accessors::new(&document.root, &buffers);
     let scene = Scene { warnings, ..Scene::default() };
@@ -70,13 +82,16 @@ fn parse(path: &Path) -> Parsed<Scene> {
     Ok(scene)
 }
 
-/// All buffers.
+/// All buffers; those that nothing uses are empty, whatever they name.
 fn buffers(
-    root: &Root,
+    document: &Document,
     mut bin: Option<FilePart>,
     resources: &mut Resources,
 ) -> Parsed<Vec<Buffer>> {
     let mut open = |(index, buffer): (usize, &gltf::json::Buffer)| {
+        if !document.used.buffers.contains(&index) {
+            return Ok(Buffer::Memory(Vec::new()));
+        }
         let content = match (&buffer.uri, index) {
             (Some(uri), _) => resources.open(uri).map(Some),
             (None, 0) => Ok(bin.take().map(Buffer::File)),
@@ -95,7 +110,7 @@ fn buffers(
             _ => Ok(content),
         }
     };
-    root.buffers.iter().enumerate().map(&mut open).collect()
+    document.root.buffers.iter().enumerate().map(&mut open).collect()
 }
 
 /// What tells the meshes made from one glTF mesh apart: its morph weights, as bits, and the node

@@ -1,7 +1,8 @@
 //! Images and their mip chains.
 
 use super::accessor::view_bytes;
-use super::files::{Buffer, Resources};
+use super::files::Buffer;
+use super::resources::Resources;
 use super::{Parsed, label, quoted};
 use crate::scene::mips::{MAX_PIXELS, MAX_SIDE, mips};
 use crate::scene::{Texture, TextureLevel, Wrap};
@@ -13,6 +14,9 @@ use std::io::Cursor;
 
 /// Most bytes that decoding one image may take.
 const MAX_DECODING: u64 = 1 << 30;
+
+/// Most bytes that images may read of the file's buffers, for each that these have.
+const READS_OF_BYTES: u64 = 16;
 
 /// An image as a material uses it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,9 +41,10 @@ pub fn load(
     images.dedup();
     let mut sources = Vec::with_capacity(images.len());
     let mut pixels = 0;
+    let mut unread = READS_OF_BYTES * buffers.iter().map(Buffer::len).sum::<u64>();
     for &image in &images {
         let name = |fault| format!("{}: {fault}", image_label(root, image));
-        let bytes = encoded(root, buffers, resources, image).map_err(name)?;
+        let bytes = encoded(root, buffers, resources, image, &mut unread).map_err(name)?;
         let (width, height) = dimensions(&bytes).map_err(name)?;
         let uses = keys.iter().filter(|key| key.image == image).count() as u64;
         pixels += u64::from(width) * u64::from(height) * (uses + 1);
@@ -72,16 +77,17 @@ fn image_label(root: &Root, image: usize) -> String {
     name.map_or(format!("image {image}"), |name| format!("image {image} {}", quoted(name)))
 }
 
-/// An image's PNG or JPEG.
+/// An image's PNG or JPEG; of the buffers, `unread` bytes may still be read.
 fn encoded<'a>(
     root: &Root,
     buffers: &'a [Buffer],
     resources: &mut Resources,
     image: usize,
+    unread: &mut u64,
 ) -> Parsed<Cow<'a, [u8]>> {
     let image = &root.images[image];
     match (&image.uri, image.buffer_view) {
-        (_, Some(view)) => view_bytes(root, buffers, view),
+        (_, Some(view)) => view_bytes(root, buffers, view, unread),
         (Some(uri), None) => resources.fetch(uri).map(Cow::Owned),
         (None, None) => Err("it has neither a URI nor a buffer view".into()),
     }

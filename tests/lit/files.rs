@@ -1,0 +1,76 @@
+//! Which of the files that a scene names come to stand in the lit scene.
+
+use super::fixtures::{
+    SECRET, parse_glb, png, positions, rig, triangle, views, with_unused_files, write,
+};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use klieg::scene::lit;
+use klieg::scene::load::{FileAccess, load};
+use serde_json::json;
+
+#[test]
+fn what_the_scene_does_not_use_is_neither_read_nor_taken_in() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = with_unused_files(folder.path());
+    let source = write(folder.path(), "a.gltf", root.to_string().as_bytes());
+    let out = folder.path().join("out.glb");
+    let light = |access| lit::write(&source, access, &views()[0], &rig(), &out);
+    light(FileAccess::SceneFolder).expect("a lit scene");
+    let bytes = std::fs::read(&out).expect("the lit scene");
+    let has = |part: &[u8]| bytes.windows(part.len()).any(|window| window == part);
+    // A part of the base64 text that does not hang on where the secret begins.
+    let encoded = STANDARD.encode(&SECRET[..36]);
+    assert!(!has(&SECRET[..8]) && !has(encoded.as_bytes()) && has(&png()));
+    let (root, binary) = parse_glb(&bytes);
+    assert_eq!((root["buffers"][0]["name"].as_str(), binary[0]), (Some("first"), 0));
+    let encoded = STANDARD.encode(positions());
+    let uri = format!("data:application/octet-stream;base64,{encoded}");
+    assert_eq!(root["buffers"][1], json!({ "uri": uri, "byteLength": 36 }));
+    assert_eq!(root["buffers"][2]["byteLength"], 1);
+    assert_eq!(root["bufferViews"][1], json!({ "buffer": 2, "byteLength": 1 }));
+    for image in root["images"].as_array().expect("images") {
+        assert_eq!((image.get("uri"), &image["mimeType"]), (None, &json!("image/png")));
+        let view = &root["bufferViews"][image["bufferView"].as_u64().expect("a view") as usize];
+        let number = |key: &str| view[key].as_u64().expect("a number") as usize;
+        let picture = &binary[number("byteOffset")..][..number("byteLength")];
+        assert_eq!(image::load_from_memory(picture).expect("a picture").width(), 1);
+    }
+    // Nothing needs the unused files, and the lit scene needs no file at all.
+    for name in ["secret.txt", "unused.png"] {
+        std::fs::remove_file(folder.path().join(name)).expect("a file");
+    }
+    light(FileAccess::SceneFolder).expect("a lit scene");
+    for name in ["positions.bin", "used.png", "a.gltf"] {
+        std::fs::remove_file(folder.path().join(name)).expect("a file");
+    }
+    assert_eq!(load(&out).expect("the lit scene").files, [out]);
+}
+
+#[test]
+fn files_outside_the_scene_s_folder_are_taken_in_only_where_allowed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write(folder.path(), "positions.bin", &positions());
+    write(folder.path(), "a.png", &png());
+    let scene = folder.path().join("scene");
+    std::fs::create_dir(&scene).expect("a folder");
+    write(&scene, "positions.bin", &positions());
+    let out = scene.join("out.glb");
+    for (buffer, picture) in [("../positions.bin", "a.png"), ("positions.bin", "..%2Fa.png")] {
+        let mut root = triangle();
+        root["buffers"][0]["uri"] = buffer.into();
+        root["images"] = json!([{ "uri": picture }]);
+        root["textures"] = json!([{ "source": 0 }]);
+        let source = write(&scene, "a.gltf", root.to_string().as_bytes());
+        let light = |access| lit::write(&source, access, &views()[0], &rig(), &out);
+        let error = light(FileAccess::SceneFolder).expect_err("outside");
+        let text = error.to_string();
+        let uri = if buffer.starts_with("..") { buffer } else { picture };
+        assert!(error.is_input() && text.contains("a.gltf") && text.contains(uri), "{text}");
+        assert!(text.contains("--allow-outside") && !out.exists(), "{text}");
+        write(&scene, "a.png", &png());
+        light(FileAccess::Anywhere).expect("a lit scene");
+        load(&out).expect("the lit scene");
+        std::fs::remove_file(&out).expect("the lit scene");
+    }
+}
