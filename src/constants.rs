@@ -123,6 +123,8 @@ constants! {
     TILES_GROUP: u32 = 256;
     /// Individuals that share a pass of `tiles` over the surface.
     TILES_BLOCK: u32 = 4;
+    /// The same in colour, where there is more of each in shared memory.
+    TILES_COLOR_BLOCK: u32 = 2;
     /// Pixels of a tile's side.
     TILE_SIDE: u32 = 32;
     /// Origin of a tile without object pixels.

@@ -8,15 +8,18 @@ mod support;
 use glam::Vec3;
 use klieg::cpu::{self, CpuEvaluator};
 use klieg::evaluate::Evaluator;
+use klieg::gpu::{ComputeShape, GpuEvaluator, PipelineKind, Tuning};
 use klieg::lighting::shading::{Brdf, Shading};
 use klieg::lighting::{LightRecord, Population};
 use klieg::math::color::luminance;
 use klieg::objective::maps::{Maps, PixelType};
 use klieg::objective::terms::TERMS;
 use klieg::objective::{Objective, Quality, Terms};
+use klieg::scene::view::View;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use support::{ball, view};
+use std::path::Path;
+use support::{assert_valid, ball, view, with_tuning};
 
 const TOLERANCE: f32 = 1e-4;
 
@@ -72,20 +75,25 @@ fn difference(a: &Quality, b: &Quality) -> f32 {
 
 /// The largest difference of any term of an evaluator from the references; each rig's, and that of a rig
 /// in which one number is off.
-fn check(evaluator: &mut dyn Evaluator, maps: &Maps, lights: usize, shading: &Shading, seed: u64) {
+fn check(
+    evaluator: &mut dyn Evaluator,
+    (maps, view): (&Maps, &View),
+    lights: usize,
+    shading: &Shading,
+    seed: u64,
+) {
     let objective = all_terms();
-    let view = view(maps.surface.width, maps.surface.height, false);
     let population = Population::of_records(lights, records(seed, 7 * lights)).expect("rigs");
     let found = evaluator.qualities(&population).expect("qualities");
     for (rig, found) in population.rigs().zip(&found) {
-        let expected = cpu::fitness::fitness(maps, &view, &objective, shading, rig).quality();
+        let expected = cpu::fitness::fitness(maps, view, &objective, shading, rig).quality();
         assert_eq!(expected.terms.iter().count(), TERMS.len());
         let off = difference(found, &expected);
         assert!(off < TOLERANCE, "{lights} lights, {shading:?}: {off}\n{found:?}\n{expected:?}");
         let mut planted = rig.to_vec();
         planted[0].color[1] *= 1.2;
         planted[0].diffuse += 0.02;
-        let planted = cpu::fitness::fitness(maps, &view, &objective, shading, &planted).quality();
+        let planted = cpu::fitness::fitness(maps, view, &objective, shading, &planted).quality();
         assert!(planted == expected || difference(found, &planted) > TOLERANCE);
     }
 }
@@ -103,8 +111,100 @@ fn the_native_evaluator_measures_what_the_references_do() {
                 let view = view(width, height, false);
                 let mut native =
                     CpuEvaluator::new(maps.clone(), &view, all_terms(), shading).expect("maps");
-                check(&mut native, &maps, lights, &shading, (at * 10 + lights) as u64);
+                check(&mut native, (&maps, &view), lights, &shading, (at * 10 + lights) as u64);
             }
         }
+    }
+}
+
+/// The ways of measuring a population on a device.
+fn ways() -> Vec<Tuning> {
+    let compute = |shape| Tuning {
+        pipeline: Some(PipelineKind::Compute),
+        shape: Some(shape),
+        ..Tuning::default()
+    };
+    vec![
+        Tuning { pipeline: Some(PipelineKind::Layered), ..Tuning::default() },
+        compute(ComputeShape::Runs),
+        compute(ComputeShape::Tiles),
+    ]
+}
+
+#[test]
+fn every_way_on_the_device_measures_what_the_references_do() {
+    for tuning in ways() {
+        let context = with_tuning(tuning.clone());
+        for (at, (width, height)) in [(64, 48), (150, 131)].into_iter().enumerate() {
+            let (maps, view) = (maps(width, height), view(width, height, false));
+            for shading in shadings() {
+                let mut gpu = GpuEvaluator::with_maps(&context, &maps, &view, all_terms(), shading)
+                    .expect("an evaluator");
+                for lights in [1, 5] {
+                    let seed = (at * 10 + lights) as u64;
+                    check(&mut gpu, (&maps, &view), lights, &shading, seed);
+                }
+            }
+        }
+        assert_valid(&context);
+    }
+}
+
+#[test]
+fn a_drawn_scene_is_measured_as_its_maps_are() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/still-life.glb");
+    let scene = klieg::scene::load::load(&path).expect("a scene of the project");
+    let view = View::new(&scene, scene.cameras[0].clone(), 96, 80).expect("a view");
+    let forward = Tuning { pipeline: Some(PipelineKind::Forward), ..Tuning::default() };
+    for tuning in ways().into_iter().chain([forward]) {
+        let context = with_tuning(tuning);
+        for shading in shadings() {
+            let mut gpu = GpuEvaluator::new(&context, &scene, &view, all_terms(), shading)
+                .expect("an evaluator");
+            let maps = gpu.maps().expect("maps").clone();
+            check(&mut gpu, (&maps, &view), 3, &shading, 9);
+        }
+        assert_valid(&context);
+    }
+}
+
+#[test]
+fn coloured_lights_are_judged_by_the_paper_too() {
+    let (maps, view, shading) = (maps(64, 48), view(64, 48, false), Shading::default());
+    let objective = Objective::default();
+    let population = Population::of_records(2, records(4, 12)).expect("rigs");
+    let expected: Vec<f32> = population
+        .rigs()
+        .map(|rig| cpu::fitness::fitness(&maps, &view, &objective, &shading, rig).score)
+        .collect();
+    let close = |scores: &[f32]| {
+        let pairs = scores.iter().zip(&expected);
+        pairs.for_each(|(a, b)| assert!((a - b).abs() < TOLERANCE, "{a} {b}"));
+    };
+    let mut scores = vec![0.0; population.len()];
+    let mut native =
+        CpuEvaluator::new(maps.clone(), &view, objective, shading).expect("an evaluator");
+    native.evaluate(&population, &mut scores).expect("scores");
+    close(&scores);
+    let white: Vec<_> = population
+        .records()
+        .iter()
+        .map(|&light| LightRecord { color: [1.0; 3], ..light })
+        .collect();
+    let white = Population::of_records(2, white).expect("rigs");
+    for tuning in ways() {
+        let context = with_tuning(tuning);
+        let mut gpu = GpuEvaluator::with_maps(&context, &maps, &view, objective, shading)
+            .expect("an evaluator");
+        let mut before = vec![0.0; white.len()];
+        gpu.evaluate(&white, &mut before).expect("scores");
+        gpu.evaluate(&population, &mut scores).expect("scores");
+        close(&scores);
+        assert!(scores.iter().zip(&before).any(|(a, b)| (a - b).abs() > 1e-3));
+        // What is plain keeps its bits after something in colour.
+        let mut after = vec![0.0; white.len()];
+        gpu.evaluate(&white, &mut after).expect("scores");
+        assert_eq!(before, after);
+        assert_valid(&context);
     }
 }

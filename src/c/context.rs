@@ -227,6 +227,7 @@ unsafe fn as_tuning(tuning: *const klieg_tuning) -> Outcome<Tuning> {
     match unsafe { tuning.as_ref() } {
         None => Ok(Tuning::default()),
         Some(&klieg_tuning { picture_memory, pipeline, shape }) => Ok(Tuning {
+            any_lights: false,
             picture_memory: (picture_memory > 0).then_some(picture_memory),
             pipeline: choice(&pipelines, pipeline, "pipeline")?,
             shape: choice(&shapes, shape, "shape")?,

@@ -4,6 +4,7 @@
 use super::compact::{Band, ColorGroup, Pixels, Shaped};
 use super::fitness;
 use super::kernels::{self, AppearanceSums, Tile};
+use crate::constants::NO_TARGET;
 use crate::lighting::LightRecord;
 use crate::lighting::shading::{Brdf, Shading};
 use crate::objective::maps::{Maps, PixelCounts};
@@ -90,7 +91,7 @@ impl Bands {
             weight: maps.normal_gradient[at].min(DETAIL_MOST),
             scale: 1.0 / (DETAIL_SHARE * maps.normal_gradient[at]).max(DETAIL_LEAST),
         };
-        let target = |at: usize| maps.target.get(at).copied().unwrap_or(-1.0);
+        let target = |at: usize| maps.target.get(at).copied().unwrap_or(NO_TARGET);
         Self {
             bands: pixels.bands(maps),
             normals: if needs.lights() { [0, 1].map(normal) } else { Default::default() },

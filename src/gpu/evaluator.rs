@@ -1,6 +1,7 @@
 //! The Vulkan evaluator.
 
 use super::Context;
+use super::layout::Detail;
 use super::measure::forward::ForwardDraw;
 use super::measure::generation::{Fitness, GenerationMemory, Measure, ScoreTarget};
 use super::measure::layered::Layered;
@@ -10,6 +11,7 @@ use super::measure::tiles::Tiles;
 use super::scene::drawable::Drawable;
 use super::view::drawn::{self, Drawn};
 use super::view::memory::ViewMemory;
+use super::vulkan::choice::Lights;
 use super::vulkan::choice::{ComputeShape, PipelineKind};
 use super::vulkan::commands::Commands;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
@@ -71,7 +73,18 @@ pub struct GpuEvaluator {
     view: ViewMemory,
     drawn: Option<Drawn>,
     maps: Option<Maps>,
+    /// What an evaluator of the same view in colour is made of; none where an engine's commands make views.
+    source: Option<Source>,
+    /// That evaluator, made for the first lights that ask for it.
+    in_color: Option<Box<Self>>,
     context: Arc<Context>,
+}
+
+/// A view, how it is shaded, and the scene where that itself is drawn.
+struct Source {
+    view: View,
+    shading: Shading,
+    scene: Option<Arc<Drawable>>,
 }
 
 impl GpuEvaluator {
@@ -89,10 +102,16 @@ impl GpuEvaluator {
         objective: Objective,
         shading: Shading,
     ) -> Result<Self> {
-        let (view, drawn, drawable) = drawn::draw(context, scene, view, &objective, &shading)?;
-        let objects = drawn.objects(&view)?;
-        let measure = measure(context, &view, objects, Views::Scene(drawable.into()))?;
-        Self::of(context, view, objects, measure, (Some(drawn), None))
+        let lights = context.lights();
+        let (memory, drawn, drawable) =
+            drawn::draw(context, scene, view, &objective, &shading, lights)?;
+        let objects = drawn.objects(&memory)?;
+        let drawable = Arc::new(drawable);
+        let measure = measure(context, &memory, objects, Views::Scene(&drawable))?;
+        let scene = (measure.0 == PipelineKind::Forward).then_some(drawable);
+        let source = Source { view: view.clone(), shading, scene };
+        let maps = (Some(drawn), None);
+        Ok(Self { source: Some(source), ..Self::of(context, memory, objects, measure, maps)? })
     }
 
     /// An evaluator for a view whose maps are known.
@@ -109,10 +128,13 @@ impl GpuEvaluator {
         shading: Shading,
     ) -> Result<Self> {
         context.check_present()?;
-        let view = ViewMemory::with_maps(context, maps, view, &objective, &shading)?;
+        let lights = context.lights();
+        let memory = ViewMemory::with_maps(context, maps, view, &objective, &shading, lights)?;
         let objects = maps.counts.object();
-        let measure = measure(context, &view, objects, Views::Known)?;
-        Self::of(context, view, objects, measure, (None, Some(maps.clone())))
+        let measure = measure(context, &memory, objects, Views::Known)?;
+        let source = Source { view: view.clone(), shading, scene: None };
+        let maps = (None, Some(maps.clone()));
+        Ok(Self { source: Some(source), ..Self::of(context, memory, objects, measure, maps)? })
     }
 
     /// An evaluator for views whose maps an engine's commands make, all of the same size.
@@ -144,6 +166,8 @@ impl GpuEvaluator {
             view,
             drawn,
             maps,
+            source: None,
+            in_color: None,
             context: Arc::clone(context),
         })
     }
@@ -211,7 +235,9 @@ impl GpuEvaluator {
     /// Pipeline, sets and push constants that were bound are not any more.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a population that [`GpuEvaluator::reserve`] has made no room for.
+    /// [`Error::Argument`] for a population that [`GpuEvaluator::reserve`] has made no room for, and for
+    /// coloured lights and spots where neither the objective nor the BRDF nor
+    /// [`Tuning::any_lights`](crate::gpu::Tuning::any_lights) asked for pictures in colour.
     ///
     /// # Safety
     /// `cmd` is being recorded on this device, for the family of the context's queue; its submissions
@@ -227,6 +253,9 @@ impl GpuEvaluator {
         self.context.check_present()?;
         if population.is_empty() {
             return Ok(());
+        }
+        if !population.is_plain() && self.view.color.is_none() {
+            return Err(no_color());
         }
         let (individuals, lights) = (population.len(), population.lights());
         let records = population.records();
@@ -271,9 +300,9 @@ impl GpuEvaluator {
 }
 
 /// Which views an evaluator will see.
-enum Views {
+enum Views<'a> {
     /// One of a scene, that is there.
-    Scene(Box<Drawable>),
+    Scene(&'a Arc<Drawable>),
     /// One whose maps are there.
     Known,
     /// Any, made later.
@@ -285,18 +314,20 @@ fn measure(
     context: &Arc<Context>,
     view: &ViewMemory,
     objects: u32,
-    views: Views,
+    views: Views<'_>,
 ) -> Result<(PipelineKind, Box<dyn Measure + Send>)> {
     let pipeline = context.pipeline().unwrap_or_else(|| best(context, objects));
     let layers = pipeline != PipelineKind::Compute;
     context.check_needs(!layers || context.needs().layers, "pictures drawn in layers")?;
     let measure: Box<dyn Measure + Send> = match (pipeline, views) {
         (PipelineKind::Layered, _) => {
-            Box::new(Layered::new(context, view, StoredDraw::new(context)?)?)
+            Box::new(Layered::new(context, view, StoredDraw::new(context, view)?)?)
         }
-        (PipelineKind::Forward, Views::Scene(scene)) => {
-            Box::new(Layered::new(context, view, ForwardDraw::new(context, *scene)?)?)
-        }
+        (PipelineKind::Forward, Views::Scene(scene)) => Box::new(Layered::new(
+            context,
+            view,
+            ForwardDraw::new(context, view, Arc::clone(scene))?,
+        )?),
         (PipelineKind::Forward, _) => {
             return Err(Error::Argument("pipeline forward draws a scene, not maps".into()));
         }
@@ -321,6 +352,69 @@ fn best(context: &Context, objects: u32) -> PipelineKind {
     }
 }
 
+impl GpuEvaluator {
+    /// The evaluator for these lights: this one or, where they are in colour and this one's pictures are
+    /// not, one beside it, made now.
+    fn for_lights(&mut self, population: &Population) -> Result<&mut Self> {
+        self.context.check_present()?;
+        if population.is_plain() || self.view.color.is_some() {
+            return Ok(self);
+        }
+        if self.in_color.is_none() {
+            let maps = self.maps()?.clone();
+            let source = self.source.as_ref().ok_or_else(no_color)?;
+            let (context, objective) = (&self.context, self.view.objective);
+            let Source { view, shading, scene } = source;
+            let memory =
+                ViewMemory::with_maps(context, &maps, view, &objective, shading, Lights::Any)?;
+            let views = scene.as_ref().map_or(Views::Known, Views::Scene);
+            let objects = maps.counts.object();
+            let measure = measure(context, &memory, objects, views)?;
+            let made = Self::of(context, memory, objects, measure, (None, Some(maps)))?;
+            self.in_color = Some(Box::new(made));
+        }
+        self.in_color.as_deref_mut().ok_or_else(no_color)
+    }
+
+    /// `F` of every rig, by this evaluator itself.
+    fn evaluate_here(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
+        let individuals = u32::try_from(population.len())
+            .map_err(|_| Error::Argument(format!("{} individuals", population.len())))?;
+        self.prepare(individuals, population.lights())?;
+        let generation = self.generation.as_mut().expect("made by `prepare`");
+        let plan = (individuals, population.lights());
+        if self.recorded != Some(plan) {
+            self.recorded = None;
+            let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
+            generation.record_submissions(&mut self.commands, &self.context, stages, plan)?;
+            self.recorded = Some(plan);
+        }
+        generation.lights.write(population.records())?;
+        self.commands.iter_mut().try_for_each(Commands::run)?;
+        generation.scores.read(scores)?;
+        generation.timer.read()?;
+        if !self.view.objective.is_own() {
+            let details = self.details(scores.len())?;
+            let qualities = self.view.qualities(scores, &details)?;
+            scores.iter_mut().zip(qualities).for_each(|(score, judged)| *score = judged.score);
+        }
+        Ok(())
+    }
+
+    /// Statistics of the first `count` individuals of the last evaluation.
+    fn details(&self, count: usize) -> Result<Vec<Detail>> {
+        let generation = self.generation.as_ref();
+        let read = |generation: &GenerationMemory| generation.read_details(&self.context, count);
+        generation.map_or(Ok(Vec::new()), read)
+    }
+}
+
+/// The error of an evaluator that cannot shade in colour.
+fn no_color() -> Error {
+    let fault = "this evaluator was made for white lights without cones";
+    Error::Argument(format!("{fault}: make it on a context with Tuning::any_lights"))
+}
+
 impl Evaluator for GpuEvaluator {
     fn device(&self) -> &DeviceInfo {
         &self.context.report().info
@@ -338,47 +432,27 @@ impl Evaluator for GpuEvaluator {
         if population.is_empty() {
             return Ok(());
         }
-        let individuals = u32::try_from(population.len())
-            .map_err(|_| Error::Argument(format!("{} individuals", population.len())))?;
-        self.prepare(individuals, population.lights())?;
-        let generation = self.generation.as_mut().expect("made by `prepare`");
-        let plan = (individuals, population.lights());
-        if self.recorded != Some(plan) {
-            self.recorded = None;
-            let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
-            generation.record_submissions(&mut self.commands, &self.context, stages, plan)?;
-            self.recorded = Some(plan);
-        }
-        generation.lights.write(population.records())?;
-        self.commands.iter_mut().try_for_each(Commands::run)?;
-        generation.scores.read(scores)?;
-        generation.timer.read()?;
-        if !self.view.objective.is_own() {
-            let details = generation.read_details(&self.context, scores.len())?;
-            let qualities = self.view.qualities(scores, &details)?;
-            scores.iter_mut().zip(qualities).for_each(|(score, judged)| *score = judged.score);
-        }
-        Ok(())
+        self.for_lights(population)?.evaluate_here(population, scores)
     }
 
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
-        let mut scores = vec![0.0; population.len()];
-        self.evaluate(population, &mut scores)?;
+        self.context.check_present()?;
         if population.is_empty() {
             return Ok(Vec::new());
         }
-        let generation = self.generation.as_ref().expect("made by `evaluate`");
-        let details = generation.read_details(&self.context, scores.len())?;
-        self.view.qualities(&scores, &details)
+        let mut scores = vec![0.0; population.len()];
+        let evaluator = self.for_lights(population)?;
+        evaluator.evaluate_here(population, &mut scores)?;
+        evaluator.view.qualities(&scores, &evaluator.details(scores.len())?)
     }
 
     fn inspect(&mut self, rig: &[Light]) -> Result<Inspection> {
-        let mut score = [0.0];
-        self.evaluate(&Population::of([rig])?, &mut score)?;
-        let generation = self.generation.as_ref().expect("made by `evaluate`");
-        let details = generation.read_details(&self.context, 1)?;
-        let Quality { score, terms } = self.view.qualities(&score, &details)?[0];
-        let picture = self.measure.first_picture(&self.view)?;
+        let (population, mut score) = (Population::of([rig])?, [0.0]);
+        let evaluator = self.for_lights(&population)?;
+        evaluator.evaluate_here(&population, &mut score)?;
+        let details = evaluator.details(1)?;
+        let Quality { score, terms } = evaluator.view.qualities(&score, &details)?[0];
+        let picture = evaluator.measure.first_picture(&evaluator.view)?;
         Ok(Inspection { score, terms, statistics: details[0].statistics(), picture })
     }
 
@@ -408,7 +482,9 @@ mod tests {
         assert_eq!(most == PipelineKind::Layered, runs);
         let (maps, view) = testing::maps(20, 10);
         let (objective, shading) = (Objective::default(), Shading::default());
-        let view = ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+        let view =
+            ViewMemory::with_maps(&context, &maps, &view, &objective, &shading, Lights::Plain)
+                .unwrap();
         let error = Runs::new(&context, &view, 1 << 31).err();
         assert!(matches!(error, Some(Error::Unsupported { .. })));
         testing::assert_valid(&context);

@@ -426,6 +426,11 @@ pub mod binding {
     pub const DETAILS: u32 = 23;
     /// Storage block: partial appearances.
     pub const APPEARANCE: u32 = 24;
+    /// Storage array, RGBA32_SFLOAT, write: the records for shading in colour.
+    pub const COLOR_RECORDS: u32 = 25;
+    /// Sampled array: the same; diffuse reflectance and lobe, specular reflectance and `|∇n|`, unlit
+    /// radiance and target picture.
+    pub const COLOR_SURFACE: u32 = 26;
 }
 
 /// Numbers of the bindings of set 1 of the stages that visit object pixels alone.
@@ -480,14 +485,16 @@ pub fn bindings() -> Vec<Binding> {
     let all = Stage::COMPUTE | Stage::FRAGMENT;
     let kind = |number| match number {
         binding::PARAMETERS => (Kind::UNIFORM_BUFFER, all),
-        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX | Stage::COMPUTE),
+        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX | all),
+        binding::COLOR_RECORDS => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
+        binding::COLOR_SURFACE => (Kind::SAMPLED_IMAGE, all),
         binding::DEPTH..=binding::RECORD_2 => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
         binding::CODE..=binding::EMISSIVE => (Kind::SAMPLED_IMAGE, all),
         binding::SURFACE_0..=binding::SURFACE_2 => (Kind::SAMPLED_IMAGE, all),
         binding::PICTURES => (Kind::SAMPLED_IMAGE, Stage::COMPUTE),
         _ => (Kind::STORAGE_BUFFER, Stage::COMPUTE),
     };
-    (0..=binding::APPEARANCE)
+    (0..=binding::COLOR_SURFACE)
         .map(|number| {
             let (kind, stages) = kind(number);
             (number, kind, stages)

@@ -7,14 +7,15 @@ use super::measure::forward::ForwardDraw;
 use super::measure::population::PictureStage;
 use super::view::drawn;
 use super::view::memory::ViewMemory;
+use super::vulkan::choice::Lights;
 use super::vulkan::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
 use super::vulkan::memory::{Access, Buffer};
 use crate::cpu::fitness;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
-use crate::lighting::shading::Shading;
+use crate::lighting::shading::{Brdf, Shading};
 use crate::lighting::{Light, LightRecord, MAX_LIGHTS, Population};
 use crate::objective::maps::Maps;
-use crate::objective::{Objective, Quality, Statistics};
+use crate::objective::{Needs, Objective, Quality, Statistics};
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
@@ -54,9 +55,14 @@ impl ReadbackEvaluator {
         objective: Objective,
         shading: Shading,
     ) -> Result<Self> {
-        let (view, drawn, scene) = drawn::draw(context, scene, view, &objective, &shading)?;
+        if objective.needs() != Needs::NONE || shading.brdf != Brdf::BlinnPhong {
+            let fault = "the read-back baseline measures the paper's terms, under its own shading";
+            return Err(Error::Argument(fault.into()));
+        }
+        let (view, drawn, scene) =
+            drawn::draw(context, scene, view, &objective, &shading, Lights::Plain)?;
         let maps = drawn.read(&view)?;
-        let mut draw = ForwardDraw::new(context, scene)?;
+        let mut draw = ForwardDraw::new(context, &view, Arc::new(scene))?;
         let bytes = (MAX_LIGHTS * size_of::<LightRecord>()) as u64;
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let lights = Buffer::new(context, "lights", bytes, usage, Access::Upload)?;
@@ -140,6 +146,15 @@ impl ReadbackEvaluator {
     }
 }
 
+/// # Errors
+/// [`Error::Argument`] for coloured lights and spots.
+fn check_plain(population: &Population) -> Result<()> {
+    if population.is_plain() {
+        return Ok(());
+    }
+    Err(Error::Argument("the read-back baseline shades under white lights without cones".into()))
+}
+
 impl Evaluator for ReadbackEvaluator {
     fn device(&self) -> &DeviceInfo {
         &self.context.report().info
@@ -152,6 +167,7 @@ impl Evaluator for ReadbackEvaluator {
             return Err(Error::Argument(format!("{} places for {rigs} scores", scores.len())));
         }
         self.timings.clear();
+        check_plain(population)?;
         for (rig, score) in population.rigs().zip(scores) {
             *score = self.measure(rig)?.0.score;
         }

@@ -135,9 +135,9 @@ pub fn upload_surface(context: &Arc<Context>, surface: &Surface, to: &GBuffer) {
     .map(|(data, image)| (Buffer::of(context, "upload", &data, source).unwrap(), image));
     let code = Buffer::of(context, "upload", &surface.code, source).unwrap();
     Commands::once(context, |cmd| {
-        context.upload(cmd, &code, &to.code);
+        context.upload(cmd, &code, (&to.code, 0));
         for (buffer, image) in &vec4 {
-            context.upload(cmd, buffer, image);
+            context.upload(cmd, buffer, (image, 0));
         }
         Ok(())
     })
@@ -146,13 +146,18 @@ pub fn upload_surface(context: &Arc<Context>, surface: &Surface, to: &GBuffer) {
 
 /// Reads a whole image in layout `GENERAL`.
 pub fn download<T: Pod>(context: &Arc<Context>, image: &Image) -> Vec<T> {
+    download_layer(context, image, 0)
+}
+
+/// Reads a layer of an image in layout `GENERAL`.
+pub fn download_layer<T: Pod>(context: &Arc<Context>, image: &Image, layer: u32) -> Vec<T> {
     let extent = image.extent();
     let mut out = vec![T::zeroed(); (extent.width * extent.height) as usize];
     let usage = vk::BufferUsageFlags::TRANSFER_DST;
     let size = size_of_val(out.as_slice()) as u64;
     let buffer = Buffer::new(context, "download", size, usage, Access::Readback).unwrap();
     Commands::once(context, |cmd| {
-        context.download(cmd, (image, vk::ImageLayout::GENERAL, 0), &buffer);
+        context.download(cmd, (image, vk::ImageLayout::GENERAL, layer), &buffer);
         context.barrier(cmd, COPY_WRITE, HOST_READ);
         Ok(())
     })

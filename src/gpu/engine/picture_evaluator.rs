@@ -9,6 +9,7 @@ use crate::gpu::measure::generation::{Fitness, GenerationMemory, Measure, ScoreT
 use crate::gpu::measure::layered::Layered;
 use crate::gpu::view::drawn::Drawn;
 use crate::gpu::view::memory::ViewMemory;
+use crate::gpu::vulkan::choice::Lights;
 use crate::gpu::vulkan::commands::Commands;
 use crate::lighting::shading::Shading;
 use crate::objective::maps::Maps;
@@ -70,9 +71,14 @@ impl PictureEvaluator {
     /// [`Error::Argument`] for settings out of their range and a picture larger than the device can
     /// take, and [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, size: [u32; 2], objective: Objective) -> Result<Self> {
+        if objective.needs().irradiance {
+            let fault = "an engine's pictures do not tell the irradiance: the terms unlit and relief cannot be";
+            return Err(Error::Argument(format!("{fault} measured in them")));
+        }
         // The engine's shading is its own.
         let shading = Shading::default();
-        let (stages, memory) = SurfaceStages::new(context, size, &objective, &shading)?;
+        let (stages, memory) =
+            SurfaceStages::new(context, size, &objective, &shading, Lights::Plain)?;
         let measure = Layered::new(context, &memory, Pictures::new(context, &memory)?)?;
         Ok(Self {
             generation: None,

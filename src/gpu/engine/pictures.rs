@@ -74,6 +74,8 @@ pub(in crate::gpu) struct Pictures {
     image: Option<Image>,
     size: [u32; 2],
     layout: PipelineLayout,
+    /// Whether pixels with a channel that is burnt out are told apart.
+    channels: bool,
     context: Arc<Context>,
 }
 
@@ -84,8 +86,9 @@ impl Pictures {
         let made = DescriptorSet::new(context, "made pictures", &MADE)?;
         let sets = [view.set.layout(), set_layout(context, &RENDERED)?, made.layout()];
         let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
+        let channels = view.objective.needs().channels;
         let (size, context) = (view.size, Arc::clone(context));
-        Ok(Self { source: None, made, image: None, size, layout, context })
+        Ok(Self { source: None, made, image: None, size, layout, channels, context })
     }
 
     /// Takes an engine's pictures in.
@@ -113,8 +116,12 @@ impl Pictures {
         let encoded = format.encoding == PictureEncoding::Encoded;
         let red = format.channels == PictureChannels::Red;
         let constants = [x, y, encoded.into(), red.into()];
-        let (context, spirv) = (Arc::clone(&self.context), shaders::PICTURES_COMP);
-        let pipeline = Pipeline::compute(&context, self.stem(), spirv, &self.layout, &constants)?;
+        let context = Arc::clone(&self.context);
+        let (stem, spirv) = match self.channels {
+            true => ("pictures_channels", shaders::PICTURES_CHANNELS_COMP),
+            false => ("pictures", shaders::PICTURES_COMP),
+        };
+        let pipeline = Pipeline::compute(&context, stem, spirv, &self.layout, &constants)?;
         Ok(ImportedPictures { set, pipeline, layers, size: self.size, context })
     }
 
@@ -130,8 +137,15 @@ impl PictureStage for Pictures {
         "pictures"
     }
 
+    fn format(&self) -> vk::Format {
+        match self.channels {
+            true => vk::Format::R32G32B32A32_SFLOAT,
+            false => vk::Format::R32_SFLOAT,
+        }
+    }
+
     fn pixel_bytes(&self) -> u64 {
-        4
+        4 * population::channels(self.format()) as u64
     }
 
     fn written(&self) -> vk::ImageUsageFlags {
@@ -153,7 +167,8 @@ impl PictureStage for Pictures {
     fn allocate(&mut self, size: [u32; 2], count: u32, _lights: &Buffer) -> Result<()> {
         // The old pictures go first, so that the two need not fit together.
         self.image = None;
-        let image = population::pictures(&self.context, size, count, self.written())?;
+        let image =
+            population::pictures(&self.context, (self.format(), size), count, self.written())?;
         self.made.write_image(0, &image, vk::ImageLayout::GENERAL);
         self.image = Some(image);
         Ok(())

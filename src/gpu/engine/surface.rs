@@ -11,7 +11,9 @@ use crate::gpu::evaluator::GpuEvaluator;
 use crate::gpu::layout::{EngineSurface, Parameters};
 use crate::gpu::shaders;
 use crate::gpu::view::maps::MapStages;
-use crate::gpu::view::memory::{PIXEL_GROUP, Reflectance, ViewMemory};
+use crate::gpu::view::memory::{PIXEL_GROUP, ViewMemory};
+use crate::gpu::view::records::Records;
+use crate::gpu::vulkan::choice::Lights;
 use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, StageTimer,
 };
@@ -79,7 +81,7 @@ pub(in crate::gpu) struct SurfaceStages {
     layout: PipelineLayout,
     block: Buffer,
     maps: MapStages,
-    reflectance: Reflectance,
+    records: Records,
     objective: Objective,
     shading: Shading,
     context: Arc<Context>,
@@ -96,6 +98,7 @@ impl SurfaceStages {
         [width, height]: [u32; 2],
         objective: &Objective,
         shading: &Shading,
+        lights: Lights,
     ) -> Result<(Self, ViewMemory)> {
         context.check_present()?;
         objective.check()?;
@@ -108,7 +111,7 @@ impl SurfaceStages {
             radius: 1.0,
         };
         let view = camera.view(width, height)?;
-        let mut memory = ViewMemory::new(context, &view, objective, shading)?;
+        let mut memory = ViewMemory::new(context, &view, objective, shading, lights)?;
         memory.add_g_buffer(vk::ImageUsageFlags::STORAGE)?;
         let layout = set_layout(context, &bindings())?;
         let layout = PipelineLayout::new(context, &[layout], vk::ShaderStageFlags::empty(), 0)?;
@@ -119,7 +122,7 @@ impl SurfaceStages {
             layout,
             block: Buffer::new(context, "engine surface", size, usage, Access::Device)?,
             maps: MapStages::new(context, &memory, None)?,
-            reflectance: Reflectance::new(context, &memory.layout)?,
+            records: Records::new(context, &memory)?,
             objective: *objective,
             shading: *shading,
             context: Arc::clone(context),
@@ -156,7 +159,7 @@ impl SurfaceStages {
     fn record_maps(&self, cmd: vk::CommandBuffer, memory: &ViewMemory) -> Result<()> {
         let mut timer = StageTimer::new(&self.context, 0)?;
         self.maps.record(cmd, memory, &mut timer);
-        timer.stage(cmd, "reflectance", || self.reflectance.record(cmd, memory));
+        timer.stage(cmd, "reflectance", || self.records.record(cmd, &self.context, memory));
         let readers = (COMPUTE_READ.0 | COPY_READ.0, COMPUTE_READ.1 | COPY_READ.1);
         self.context.barrier(cmd, COMPUTE_WRITE, readers);
         Ok(())
@@ -342,7 +345,8 @@ impl SurfaceEvaluator {
         objective: Objective,
         shading: Shading,
     ) -> Result<Self> {
-        let (stages, memory) = SurfaceStages::new(context, size, &objective, &shading)?;
+        let lights = context.lights();
+        let (stages, memory) = SurfaceStages::new(context, size, &objective, &shading, lights)?;
         let mut evaluator = GpuEvaluator::of_any_view(context, memory)?;
         Commands::once(context, |cmd| {
             evaluator.record_view(cmd);

@@ -2,7 +2,7 @@
 //! picture with its own depth. It costs N times the triangles; it checks that the stored surface is
 //! right, and is what the other pipelines are measured against.
 
-use super::population::{self, FORMAT, PictureStage};
+use super::population::{self, PictureStage, channels, format};
 use crate::Result;
 use crate::constants::{MAX_LIGHTS, NO_OBJECT};
 use crate::gpu::Context;
@@ -10,10 +10,12 @@ use crate::gpu::layout::Chunk;
 use crate::gpu::scene::drawable::{Drawable, VERTICES};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
+use crate::gpu::view::records::gltf;
 use crate::gpu::vulkan::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
 use crate::gpu::vulkan::graphics::{DEPTH, Framebuffer, GraphicsPipeline, RenderPass, attachment};
 use crate::gpu::vulkan::memory::{Buffer, Image, ImageDesc};
 use crate::gpu::vulkan::pipeline::{ByLights, DescriptorSet, PipelineLayout};
+use crate::lighting::shading::Brdf;
 use ash::vk;
 use std::sync::Arc;
 
@@ -29,7 +31,8 @@ pub struct ForwardDraw {
     pass: RenderPass,
     layout: PipelineLayout,
     lights: DescriptorSet,
-    scene: Drawable,
+    scene: Arc<Drawable>,
+    color: Option<Brdf>,
     context: Arc<Context>,
 }
 
@@ -44,7 +47,7 @@ impl ForwardDraw {
     /// # Errors
     /// [`crate::Error::Unsupported`] when the device cannot hand so much to the fragments, and
     /// [device errors](crate::Error::is_device).
-    pub fn new(context: &Arc<Context>, scene: Drawable) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, view: &ViewMemory, scene: Arc<Drawable>) -> Result<Self> {
         let limits = context.limits();
         let components = limits
             .max_fragment_input_components
@@ -53,15 +56,17 @@ impl ForwardDraw {
             let lacks = format!("{COMPONENTS} varying components (it has {components})");
             return Err(context.unsupported(lacks));
         }
-        let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX);
+        let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+        let kind = (vk::DescriptorType::STORAGE_BUFFER, stages);
         let lights = DescriptorSet::new(context, "forward", &[(0, kind.0, kind.1)])?;
         Ok(Self {
             target: None,
             pipelines: ByLights::default(),
-            pass: render_pass(context)?,
+            pass: render_pass(context, format(view.color))?,
             layout: scene.layout(&[lights.layout()])?,
             lights,
             scene,
+            color: view.color,
             context: Arc::clone(context),
         })
     }
@@ -76,8 +81,12 @@ impl PictureStage for ForwardDraw {
         "forward"
     }
 
+    fn format(&self) -> vk::Format {
+        format(self.color)
+    }
+
     fn pixel_bytes(&self) -> u64 {
-        8
+        4 * (channels(self.format()) as u64 + 1) // with the depth
     }
 
     fn written(&self) -> vk::ImageUsageFlags {
@@ -91,11 +100,20 @@ impl PictureStage for ForwardDraw {
     }
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
+        let lights_of = lights as u32;
+        let (stem, shaders, constants) = match self.color {
+            None => ("forward", [shaders::FORWARD_VERT, shaders::FORWARD_FRAG], vec![lights_of]),
+            Some(brdf) => (
+                "forward_color",
+                [shaders::FORWARD_COLOR_VERT, shaders::FORWARD_COLOR_FRAG],
+                vec![lights_of, gltf(brdf)],
+            ),
+        };
         let pipeline = GraphicsPipeline {
-            stem: self.stem(),
-            shaders: [shaders::FORWARD_VERT, shaders::FORWARD_FRAG],
+            stem,
+            shaders,
             vertices: VERTICES,
-            constants: &[lights as u32],
+            constants: &constants,
             layout: self.layout,
             pass: self.pass,
         };
@@ -109,7 +127,12 @@ impl PictureStage for ForwardDraw {
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, lights: &Buffer) -> Result<()> {
         // The old pictures go first, so that the two need not fit together.
         self.target = None;
-        let pictures = population::pictures(&self.context, [width, height], count, self.written())?;
+        let pictures = population::pictures(
+            &self.context,
+            (self.format(), [width, height]),
+            count,
+            self.written(),
+        )?;
         let depth = ImageDesc {
             name: "forward depth",
             format: DEPTH,
@@ -156,10 +179,10 @@ impl PictureStage for ForwardDraw {
 }
 
 /// A cleared colour attachment that compute shaders read next, and a depth that is only tested.
-fn render_pass(context: &Context) -> Result<RenderPass> {
+fn render_pass(context: &Context, format: vk::Format) -> Result<RenderPass> {
     use vk::{AccessFlags as Access, PipelineStageFlags as Stage};
     let operations = (vk::AttachmentLoadOp::CLEAR, vk::AttachmentStoreOp::STORE);
-    let color = attachment(FORMAT, operations, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+    let color = attachment(format, operations, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
     let tests = Stage::EARLY_FRAGMENT_TESTS | Stage::LATE_FRAGMENT_TESTS;
     let depth_write = Access::DEPTH_STENCIL_ATTACHMENT_WRITE;
     let dependencies = [

@@ -21,7 +21,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Stages of a chunk, at most.
-const STAGES: u32 = 5;
+const STAGES: u32 = 6;
 /// Most work of one submission: pixels of all pictures, times the lights of a rig. Slow GPUs take about a
 /// second for it; drivers take a submission of several for a hang, and reset the device.
 const SUBMISSION_WORK: u64 = 1 << 30;
@@ -363,6 +363,12 @@ fn submission_size(most_work: u64, pixels: u64, lights: usize, block: u32) -> u3
     let each = pixels * lights.max(1) as u64;
     let most = u32::try_from(most_work / each).unwrap_or(u32::MAX);
     (most - most % block).max(block)
+}
+
+/// The specialisation constants that tell shaders what is measured besides the brightness and its
+/// gradients: what the lights do, detail, and a target.
+pub fn measured(needs: Needs) -> [u32; 3] {
+    [needs.lights(), needs.detail, needs.target].map(u32::from)
 }
 
 /// Bytes of the partial histograms, moments, gradients and, where the objective needs any, appearances of

@@ -1,7 +1,7 @@
 //! The pipelines `layered` and `forward`, and the measuring of an engine's own pictures: a stage makes
 //! the pictures, `histogram`, `moments` and `gradient` reduce them.
 
-use super::generation::Measure;
+use super::generation::{self, Measure};
 use super::population::{self, PictureStage};
 use crate::Result;
 use crate::constants::{HISTOGRAM_ROWS, SUM_ROWS};
@@ -12,7 +12,7 @@ use crate::gpu::view::memory::ViewMemory;
 use crate::gpu::vulkan::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::Pipeline;
-use crate::objective::HISTOGRAM_BINS;
+use crate::objective::{HISTOGRAM_BINS, Needs};
 use ash::vk;
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ const COLUMNS: u32 = 64;
 pub struct Layered<S> {
     /// Makes the pictures.
     pub stage: S,
-    reductions: [(&'static str, Pipeline, [u32; 2]); 3],
+    reductions: Vec<(&'static str, Pipeline, [u32; 2])>,
     size: [u32; 2],
     context: Arc<Context>,
 }
@@ -39,16 +39,19 @@ impl<S: PictureStage> Layered<S> {
         };
         let bins = [COLUMNS, HISTOGRAM_ROWS, HISTOGRAM_BINS as u32];
         let sums = [COLUMNS, SUM_ROWS];
-        Ok(Self {
-            stage,
-            reductions: [
-                reduction("histogram", shaders::HISTOGRAM_COMP, HISTOGRAM_ROWS, &bins)?,
-                reduction("moments", shaders::MOMENTS_COMP, SUM_ROWS, &sums)?,
-                reduction("gradient", shaders::GRADIENT_COMP, SUM_ROWS, &sums)?,
-            ],
-            size: view.size,
-            context: Arc::clone(context),
-        })
+        let mut reductions = vec![
+            reduction("histogram", shaders::HISTOGRAM_COMP, HISTOGRAM_ROWS, &bins)?,
+            reduction("moments", shaders::MOMENTS_COMP, SUM_ROWS, &sums)?,
+            reduction("gradient", shaders::GRADIENT_COMP, SUM_ROWS, &sums)?,
+        ];
+        let needs = view.objective.needs();
+        if needs != Needs::NONE {
+            let [lights, detail, target] = generation::measured(needs);
+            let constants = [COLUMNS, SUM_ROWS, lights, detail, target];
+            let spirv = shaders::APPEARANCE_COMP;
+            reductions.push(reduction("appearance", spirv, SUM_ROWS, &constants)?);
+        }
+        Ok(Self { stage, reductions, size: view.size, context: Arc::clone(context) })
     }
 }
 
@@ -59,7 +62,7 @@ impl<S: PictureStage> Measure for Layered<S> {
 
     /// What layers, image size and memory allow.
     fn largest_chunk(&self, _view: &ViewMemory) -> Result<u32> {
-        let image = population::limits(&self.context, self.stage.written())?;
+        let image = population::limits(&self.context, self.stage.format(), self.stage.written())?;
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         let memory = self.context.picture_memory().min(image.max_resource_size);
         let groups = self.context.limits().max_compute_work_group_count[2];
@@ -103,7 +106,8 @@ impl<S: PictureStage> Measure for Layered<S> {
     fn first_picture(&self, _view: &ViewMemory) -> Result<Vec<f32>> {
         let pixels = self.size[0] as usize * self.size[1] as usize;
         let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let size = 4 * pixels as u64;
+        let channels = population::channels(self.stage.format());
+        let size = 4 * (channels * pixels) as u64;
         let out = Buffer::new(&self.context, "picture", size, usage, Access::Readback)?;
         Commands::once(&self.context, |cmd| {
             let image = self.stage.pictures();
@@ -116,10 +120,9 @@ impl<S: PictureStage> Measure for Layered<S> {
             self.context.barrier(cmd, COPY_WRITE, HOST_READ);
             Ok(())
         })?;
-        let mut picture = vec![0.0; pixels];
-        out.read(&mut picture)?;
+        let mut texels = vec![0.0f32; channels * pixels];
+        out.read(&mut texels)?;
         // The device marks the background by a negative value.
-        picture.iter_mut().for_each(|value: &mut f32| *value = value.max(0.0));
-        Ok(picture)
+        Ok(texels.iter().step_by(channels).map(|value| value.max(0.0)).collect())
     }
 }

@@ -148,6 +148,7 @@ mod tests {
     use super::*;
     use crate::cpu;
     use crate::gpu::testing;
+    use crate::gpu::vulkan::choice::Lights;
     use crate::gpu::vulkan::staging;
     use crate::lighting::shading::Shading;
     use crate::objective::Objective;
@@ -191,7 +192,8 @@ mod tests {
             maps.counts.surface = count(PixelType::Surface);
             maps.counts.edge = count(PixelType::Edge);
             let memory =
-                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading, Lights::Plain)
+                    .unwrap();
             let references = cpu::pixels::pixels(&maps.types, width, height);
             assert_eq!(listed(&context, &maps, &memory), references, "{width}x{height}");
         }

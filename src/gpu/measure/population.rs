@@ -6,17 +6,32 @@ use crate::gpu::Context;
 use crate::gpu::layout::Chunk;
 use crate::gpu::shaders;
 use crate::gpu::view::memory::{PUSH_STAGES, ViewMemory};
+use crate::gpu::view::records::gltf;
 use crate::gpu::vulkan::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
 use crate::gpu::vulkan::graphics::{
     Framebuffer, GraphicsPipeline, RenderPass, VertexInput, attachment,
 };
 use crate::gpu::vulkan::memory::{Buffer, Image, ImageDesc};
 use crate::gpu::vulkan::pipeline::ByLights;
+use crate::lighting::shading::Brdf;
 use ash::vk;
 use std::sync::Arc;
 
-/// Format of the pictures: sRGB-encoded luminance, negative in the background.
-pub const FORMAT: vk::Format = vk::Format::R32_SFLOAT;
+/// Format of pictures that klieg draws: sRGB-encoded luminance, negative in the background; in colour the
+/// irradiance beside it (`encoded` of `shaders/include/color.glsl`).
+pub fn format(color: Option<Brdf>) -> vk::Format {
+    if color.is_some() { vk::Format::R32G32_SFLOAT } else { vk::Format::R32_SFLOAT }
+}
+
+/// Numbers in a texel of pictures.
+pub fn channels(format: vk::Format) -> usize {
+    match format {
+        vk::Format::R32_SFLOAT => 1,
+        vk::Format::R32G32_SFLOAT => 2,
+        _ => 4,
+    }
+}
+
 /// What is done with the pictures once they are made.
 const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
     vk::ImageUsageFlags::SAMPLED.as_raw() | vk::ImageUsageFlags::TRANSFER_SRC.as_raw(),
@@ -26,6 +41,9 @@ const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
 pub trait PictureStage {
     /// The stage's stem.
     fn stem(&self) -> &'static str;
+
+    /// Format of the pictures.
+    fn format(&self) -> vk::Format;
 
     /// Bytes that each pixel of each picture takes.
     fn pixel_bytes(&self) -> u64;
@@ -77,16 +95,17 @@ pub struct StoredDraw {
     pictures: Option<Pictures>,
     pass: RenderPass,
     pipelines: ByLights,
+    color: Option<Brdf>,
     context: Arc<Context>,
 }
 
 impl StoredDraw {
     /// # Errors
     /// [Device errors](crate::Error::is_device).
-    pub fn new(context: &Arc<Context>) -> Result<Self> {
-        let pass = render_pass(context)?;
-        let context = Arc::clone(context);
-        Ok(Self { pictures: None, pass, pipelines: ByLights::default(), context })
+    pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
+        let pass = render_pass(context, format(view.color))?;
+        let (color, context) = (view.color, Arc::clone(context));
+        Ok(Self { pictures: None, pass, pipelines: ByLights::default(), color, context })
     }
 
     fn target(&self) -> &Pictures {
@@ -99,8 +118,12 @@ impl PictureStage for StoredDraw {
         "population"
     }
 
+    fn format(&self) -> vk::Format {
+        format(self.color)
+    }
+
     fn pixel_bytes(&self) -> u64 {
-        4
+        4 * channels(self.format()) as u64
     }
 
     fn written(&self) -> vk::ImageUsageFlags {
@@ -112,11 +135,24 @@ impl PictureStage for StoredDraw {
     }
 
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
+        let lights_of = lights as u32;
+        let (stem, shaders, constants) = match self.color {
+            None => (
+                "population",
+                [shaders::POPULATION_VERT, shaders::POPULATION_FRAG],
+                vec![lights_of],
+            ),
+            Some(brdf) => (
+                "population_color",
+                [shaders::POPULATION_COLOR_VERT, shaders::POPULATION_COLOR_FRAG],
+                vec![lights_of, gltf(brdf)],
+            ),
+        };
         let pipeline = GraphicsPipeline {
-            stem: self.stem(),
-            shaders: [shaders::POPULATION_VERT, shaders::POPULATION_FRAG],
+            stem,
+            shaders,
             vertices: VertexInput::default(),
-            constants: &[lights as u32],
+            constants: &constants,
             layout: view.layout,
             pass: self.pass,
         };
@@ -130,7 +166,8 @@ impl PictureStage for StoredDraw {
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, _lights: &Buffer) -> Result<()> {
         // The old pictures go first, so that the two need not fit together.
         self.pictures = None;
-        let image = pictures(&self.context, [width, height], count, self.written())?;
+        let image =
+            pictures(&self.context, (self.format(), [width, height]), count, self.written())?;
         let framebuffer = Framebuffer::new(&self.context, self.pass, &[&image], count)?;
         self.pictures = Some(Pictures { framebuffer, image });
         Ok(())
@@ -167,9 +204,10 @@ impl PictureStage for StoredDraw {
 /// [Device errors](crate::Error::is_device).
 pub fn limits(
     context: &Context,
+    format: vk::Format,
     written: vk::ImageUsageFlags,
 ) -> Result<vk::ImageFormatProperties> {
-    context.image_limits(FORMAT, USAGE | written)
+    context.image_limits(format, USAGE | written)
 }
 
 /// An image of `count` pictures, `written` in this way.
@@ -178,19 +216,19 @@ pub fn limits(
 /// [Device errors](crate::Error::is_device).
 pub fn pictures(
     context: &Arc<Context>,
-    [width, height]: [u32; 2],
+    (format, [width, height]): (vk::Format, [u32; 2]),
     count: u32,
     written: vk::ImageUsageFlags,
 ) -> Result<Image> {
     let layers = Some(count);
-    let (name, format, usage) = ("pictures", FORMAT, USAGE | written);
+    let (name, usage) = ("pictures", USAGE | written);
     Image::new(context, &ImageDesc { name, format, width, height, layers, mips: 1, usage })
 }
 
 /// One colour attachment, wholly overwritten, that compute shaders read next.
-fn render_pass(context: &Context) -> Result<RenderPass> {
+fn render_pass(context: &Context, format: vk::Format) -> Result<RenderPass> {
     let operations = (vk::AttachmentLoadOp::DONT_CARE, vk::AttachmentStoreOp::STORE);
-    let color = attachment(FORMAT, operations, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+    let color = attachment(format, operations, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
     let dependencies = [
         // The chunk before has been read.
         vk::SubpassDependency::default()

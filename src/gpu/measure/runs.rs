@@ -1,7 +1,7 @@
 //! The pipeline `compute` for devices without fast shared memory: `shading` computes the brightness of
 //! every object pixel for a block of individuals, `statistics` reduces it along runs of them.
 
-use super::generation::Measure;
+use super::generation::{self, Measure};
 use super::pixels::{FOUR_FLOATS, Pixels};
 use crate::Result;
 use crate::constants::{
@@ -11,11 +11,13 @@ use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, pixel_binding};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
+use crate::gpu::view::records::gltf;
 use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, StageTimer};
 use crate::gpu::vulkan::memory::{Buffer, TexelBuffer};
 use crate::gpu::vulkan::pipeline::{ByLights, Pipeline};
 use crate::gpu::vulkan::staging;
 use crate::lighting::LightRecord;
+use crate::lighting::shading::Brdf;
 use crate::objective::HISTOGRAM_BINS;
 use ash::vk;
 use std::sync::Arc;
@@ -32,6 +34,7 @@ pub struct Runs {
     brightness: Option<TexelBuffer>,
     pixels: Pixels,
     size: [u32; 2],
+    color: Option<Brdf>,
     /// What the offset of a window of lights is a multiple of, bytes.
     alignment: u32,
     context: Arc<Context>,
@@ -59,25 +62,34 @@ impl Runs {
             return Err(context.unsupported(lacks));
         }
         let pixels = Pixels::new(context, view, objects, GROUP)?;
-        let constants = [STATISTICS_GROUP, PIXELS, HISTOGRAM_BINS as u32];
+        let [lights, detail, target] = generation::measured(view.objective.needs());
+        let color = u32::from(view.color.is_some());
+        let bins = HISTOGRAM_BINS as u32;
+        let constants = [STATISTICS_GROUP, PIXELS, bins, lights, detail, target, color];
         let spirv = shaders::STATISTICS_COMP;
         let statistics =
             Pipeline::compute(context, "statistics", spirv, &pixels.layout, &constants)?;
         let alignment = context.limits().min_uniform_buffer_offset_alignment.max(1) as u32;
-        let (size, context) = (view.size, Arc::clone(context));
+        let (size, color, context) = (view.size, view.color, Arc::clone(context));
         Ok(Self {
             shading: ByLights::default(),
             statistics,
             brightness: None,
             pixels,
             size,
+            color,
             alignment,
             context,
         })
     }
 
     fn block_bytes(&self) -> u64 {
-        u64::from(self.pixels.stride) * PIXEL_BYTES
+        self.planes() * u64::from(self.pixels.stride) * PIXEL_BYTES
+    }
+
+    /// Texels of a pixel of a block: the brightness, and in colour the irradiance.
+    fn planes(&self) -> u64 {
+        if self.color.is_some() { 2 } else { 1 }
     }
 
     /// Work groups of `statistics` for each block.
@@ -97,7 +109,7 @@ impl Measure for Runs {
 
     fn largest_chunk(&self, _view: &ViewMemory) -> Result<u32> {
         let limits = self.context.limits();
-        let fit = texels(&self.context) / u64::from(self.pixels.stride);
+        let fit = texels(&self.context) / (self.planes() * u64::from(self.pixels.stride));
         let blocks = (self.context.picture_memory() / self.block_bytes())
             .max(1)
             .min(fit)
@@ -108,9 +120,16 @@ impl Measure for Runs {
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
         let bytes = BLOCK * lights as u32 * LIGHT_BYTES;
         let aligned = bytes.is_multiple_of(self.alignment);
-        let (spirv, constants) = (shaders::SHADING_COMP, [GROUP, lights as u32, aligned.into()]);
+        let mut constants = vec![GROUP, lights as u32, aligned.into()];
+        let (stem, spirv) = match self.color {
+            None => ("shading", shaders::SHADING_COMP),
+            Some(brdf) => {
+                constants.push(gltf(brdf));
+                ("shading_color", shaders::SHADING_COLOR_COMP)
+            }
+        };
         let layout = &self.pixels.layout;
-        let make = || Pipeline::compute(&self.context, "shading", spirv, layout, &constants);
+        let make = || Pipeline::compute(&self.context, stem, spirv, layout, &constants);
         self.shading.prepare(lights, make)
     }
 
@@ -121,7 +140,8 @@ impl Measure for Runs {
     fn allocate(&mut self, _view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
         // The old memory goes first, so that the two need not fit together.
         self.brightness = None;
-        let count = u64::from(chunk.div_ceil(BLOCK)) * u64::from(self.pixels.stride);
+        let count =
+            self.planes() * u64::from(chunk.div_ceil(BLOCK)) * u64::from(self.pixels.stride);
         let usage = vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER;
         let brightness = TexelBuffer::new(&self.context, "brightness", count, FOUR_FLOATS, usage)?;
         let (set, brightness) = (&mut self.pixels.set, self.brightness.insert(brightness));
@@ -187,6 +207,7 @@ pub const LIGHT_MARGIN: u64 = (WINDOW * LIGHT_BYTES) as u64;
 mod tests {
     use super::*;
     use crate::gpu::testing;
+    use crate::gpu::vulkan::choice::Lights;
     use crate::lighting::shading::Shading;
     use crate::objective::Objective;
 
@@ -200,7 +221,8 @@ mod tests {
         let scores = |alignment: u32| {
             let (objective, shading) = (Objective::default(), Shading::default());
             let mut memory =
-                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading, Lights::Plain)
+                    .unwrap();
             let mut runs = Runs::new(&context, &memory, maps.counts.object()).unwrap();
             assert!(alignment.is_multiple_of(runs.alignment));
             runs.alignment = alignment;

@@ -1,13 +1,14 @@
 //! The pipeline `compute` for devices with fast shared memory: one stage, `tiles`, shades and
 //! measures the tiles of the picture that have an object pixel.
 
-use super::generation::{Measure, part_bytes};
+use super::generation::{self, Measure, part_bytes};
 use crate::Result;
-use crate::constants::{TILE_SIDE as SIDE, TILES_BLOCK as BLOCK, TILES_GROUP};
+use crate::constants::{TILE_SIDE as SIDE, TILES_BLOCK, TILES_COLOR_BLOCK, TILES_GROUP};
 use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, Tile};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
+use crate::gpu::view::records::gltf;
 use crate::gpu::vulkan::choice::Subgroups;
 use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
@@ -94,21 +95,23 @@ impl Measure for Tiles {
     }
 
     fn block(&self) -> u32 {
-        BLOCK
+        self.block
     }
 
     /// There are no pictures: the memory is for the partial results.
     fn largest_chunk(&self, view: &ViewMemory) -> Result<u32> {
-        let each = part_bytes(view, self).iter().sum::<u64>().max(1) * u64::from(BLOCK);
+        let each = part_bytes(view, self).iter().sum::<u64>().max(1) * u64::from(self.block);
         let groups = self.context.limits().max_compute_work_group_count[1];
         let blocks = (self.context.picture_memory() / each).max(1).min(groups.into());
-        Ok(u32::try_from(blocks * u64::from(BLOCK)).unwrap_or(u32::MAX - BLOCK))
+        Ok(u32::try_from(blocks * u64::from(self.block)).unwrap_or(u32::MAX - self.block))
     }
 
-    fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
+    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
         let (context, spirv, layout) = (&self.context, shaders::TILES_COMP, &self.layout);
         let Subgroups { size, required } = self.subgroups;
-        let constants = [TILES_GROUP, lights as u32, size, SIDE, BLOCK];
+        let mut constants = vec![TILES_GROUP, lights as u32, size, SIDE, self.block];
+        constants.extend([view.color.is_some().into(), view.color.map_or(0, gltf)]);
+        constants.extend(generation::measured(view.objective.needs()));
         let required = required.then_some(size);
         self.stages.prepare(lights, || {
             Pipeline::compute_in_subgroups(context, "tiles", spirv, layout, &constants, required)
@@ -160,7 +163,7 @@ impl Measure for Tiles {
                 device.cmd_bind_pipeline(cmd, point, stage.raw());
                 device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[]);
                 device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(chunk));
-                device.cmd_dispatch(cmd, self.count, count.div_ceil(BLOCK), 1);
+                device.cmd_dispatch(cmd, self.count, count.div_ceil(self.block), 1);
             }
         });
     }
@@ -222,6 +225,7 @@ fn tiles(types: &[u32], [width, height]: [u32; 2]) -> Vec<Tile> {
 mod tests {
     use super::*;
     use crate::gpu::testing;
+    use crate::gpu::vulkan::choice::Lights;
     use crate::lighting::shading::Shading;
     use crate::objective::Objective;
 
@@ -248,7 +252,8 @@ mod tests {
             let context = testing::context();
             let (objective, shading) = (Objective::default(), Shading::default());
             let mut memory =
-                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading, Lights::Plain)
+                    .unwrap();
             let mut tiles = Tiles::new(&context, &memory).unwrap();
             tiles.subgroups.required = required;
             let measured = (&mut memory, &mut tiles as &mut dyn Measure);

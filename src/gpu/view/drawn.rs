@@ -1,12 +1,14 @@
 //! A view that the device itself has drawn and measured.
 
 use super::maps::MapStages;
-use super::memory::{GBuffer, Reflectance, ViewMemory};
+use super::memory::{GBuffer, ViewMemory};
+use super::records::Records;
 use super::visibility::Visibility;
 use crate::Result;
 use crate::cpu;
 use crate::gpu::Context;
 use crate::gpu::scene::drawable::Drawable;
+use crate::gpu::vulkan::choice::Lights;
 use crate::gpu::vulkan::commands::{
     COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
 };
@@ -47,10 +49,11 @@ pub fn draw(
     view: &View,
     objective: &Objective,
     shading: &Shading,
+    lights: Lights,
 ) -> Result<(ViewMemory, Drawn, Drawable)> {
     context.check_present()?;
     context.check_needs(context.needs().scene, "drawing scenes")?;
-    let mut memory = ViewMemory::new(context, view, objective, shading)?;
+    let mut memory = ViewMemory::new(context, view, objective, shading, lights)?;
     let g_buffer = memory.add_g_buffer(vk::ImageUsageFlags::COLOR_ATTACHMENT)?;
     let drawable = Drawable::new(context, scene, view, shading)?;
     let visibility = Visibility::new(context, &drawable, g_buffer)?;
@@ -69,13 +72,13 @@ impl Drawn {
         draw: impl FnOnce(vk::CommandBuffer),
     ) -> Result<Self> {
         let stages = MapStages::new(context, memory, Some(polygons))?;
-        let reflectance = Reflectance::new(context, &memory.layout)?;
+        let records = Records::new(context, memory)?;
         let mut timer = StageTimer::new(context, STAGES)?;
         Commands::once(context, |cmd| {
             timer.reset(cmd);
             timer.stage(cmd, "visibility", || draw(cmd));
             stages.record(cmd, memory, &mut timer);
-            timer.stage(cmd, "reflectance", || reflectance.record(cmd, memory));
+            timer.stage(cmd, "reflectance", || records.record(cmd, context, memory));
             context.barrier(cmd, COMPUTE_WRITE, COPY_READ);
             Ok(())
         })?;
@@ -226,7 +229,8 @@ mod tests {
 
     fn measured(context: &Arc<Context>, surface: &Surface, view: &View) -> Maps {
         let (objective, shading) = (Objective::default(), Shading::default());
-        let mut memory = ViewMemory::new(context, view, &objective, &shading).unwrap();
+        let mut memory =
+            ViewMemory::new(context, view, &objective, &shading, Lights::Plain).unwrap();
         testing::upload_surface(
             context,
             surface,

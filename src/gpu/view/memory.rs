@@ -11,7 +11,7 @@
 //! - the surface's records, three RGBA32_SFLOAT images that `population` reads: position and
 //!   shininess; normal and diffuse reflectance; specular reflectance (normalised), unlit luminance
 //!   and pixel type (as a float) and 0. The three reflectances are luminances. `reflectance` makes
-//!   them on the device from the G-buffer and the types;
+//!   them on the device from the G-buffer and the types, and for shading in colour `colors` three more;
 //! - [`ViewStatistics`]: pixel counts, `G_n` and the background's depth. `fitness` reads the
 //!   counts and `G_n`.
 //!
@@ -20,21 +20,20 @@
 //! recordings see: each of klieg's begins with a barrier after all before it
 //! ([`Commands::record`]; in an engine's commands [`Context::follow_earlier`]).
 
+use super::records;
 use crate::gpu::Context;
 use crate::gpu::layout::{self, Chunk, Detail, Parameters, ViewStatistics, binding};
-use crate::gpu::shaders;
-use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_WRITE, Commands, NOTHING};
+use crate::gpu::vulkan::choice::Lights;
+use crate::gpu::vulkan::commands::{COPY_WRITE, Commands, NOTHING};
 use crate::gpu::vulkan::memory::{Access, Buffer, Image, ImageDesc};
 use crate::gpu::vulkan::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
 use crate::gpu::vulkan::staging;
-use crate::lighting::shading::Shading;
-use crate::math::color::luminance;
-use crate::objective::maps::{self, Maps, Surface};
-use crate::objective::{Objective, Quality};
+use crate::lighting::shading::{Brdf, Shading};
+use crate::objective::maps::{self, Maps};
+use crate::objective::{Needs, Objective, Quality};
 use crate::scene::view::View;
 use crate::{Error, Result};
 use ash::vk;
-use glam::Vec3;
 use std::sync::Arc;
 
 /// Invocations of a work group of the stages that work pixel by pixel: columns and rows.
@@ -81,6 +80,11 @@ pub struct ViewMemory {
     pub types: Image,
     /// The surface as `population` reads it.
     pub records: [Image; 3],
+    /// The same for shading in colour, in three layers; of a single pixel without.
+    pub colors: Image,
+    /// How surfaces reflect where pictures are shaded in colour: where the settings or the lights ask for
+    /// it.
+    pub color: Option<Brdf>,
     /// [`ViewStatistics`], device-local.
     pub statistics: Buffer,
     /// [`Parameters`], which an engine's commands may update.
@@ -101,6 +105,7 @@ impl ViewMemory {
         view: &View,
         objective: &Objective,
         shading: &Shading,
+        lights: Lights,
     ) -> Result<Self> {
         view.check()?;
         let size = [view.width, view.height];
@@ -123,6 +128,12 @@ impl ViewMemory {
         let types = map(context, size, "types", vk::Format::R32_UINT)?;
         let record = |name| map(context, size, name, vk::Format::R32G32B32A32_SFLOAT);
         let records = [record("record 0")?, record("record 1")?, record("record 2")?];
+        let colored = lights == Lights::Any
+            || shading.brdf != Brdf::BlinnPhong
+            || objective.needs() != Needs::NONE;
+        let colors = colors(context, if colored { size } else { [1, 1] })?;
+        set.write_image(binding::COLOR_RECORDS, &colors, vk::ImageLayout::GENERAL);
+        set.write_image(binding::COLOR_SURFACE, &colors, vk::ImageLayout::GENERAL);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::TRANSFER_DST
             | vk::BufferUsageFlags::TRANSFER_SRC;
@@ -141,13 +152,15 @@ impl ViewMemory {
             g_buffer: None,
             types,
             records,
+            colors,
+            color: colored.then_some(shading.brdf),
             statistics,
             parameters,
             objective: *objective,
             context: Arc::clone(context),
         };
         let [a, b, c] = &memory.records;
-        to_general(context, &[&memory.types, a, b, c])?;
+        to_general(context, &[&memory.types, a, b, c, &memory.colors])?;
         Ok(memory)
     }
 
@@ -176,6 +189,7 @@ impl ViewMemory {
         view: &View,
         objective: &Objective,
         shading: &Shading,
+        lights: Lights,
     ) -> Result<Self> {
         let surface = &maps.surface;
         if (surface.width, surface.height) != (view.width, view.height) {
@@ -185,20 +199,27 @@ impl ViewMemory {
             )));
         }
         maps.check()?;
-        let memory = Self::new(context, view, objective, shading)?;
+        let memory = Self::new(context, view, objective, shading, lights)?;
         let types: Vec<u32> = maps.types.iter().map(|&kind| kind as u32).collect();
-        let records = records(maps, shading);
+        let records = records::records(maps, shading);
         let statistics = ViewStatistics::from(maps);
         let source = vk::BufferUsageFlags::TRANSFER_SRC;
         let types = Buffer::of(context, "types upload", &types, source)?;
         let [a, b, c] = &records;
         let upload = |record: &Vec<[f32; 4]>| Buffer::of(context, "record upload", record, source);
         let records = [upload(a)?, upload(b)?, upload(c)?];
+        let colors = match memory.color {
+            Some(_) => records::colors(maps, shading).iter().map(upload).collect::<Result<_>>()?,
+            None => Vec::new(),
+        };
         let statistics = Buffer::of(context, "statistics upload", &[statistics], source)?;
         Commands::once(context, |cmd| {
-            context.upload(cmd, &types, &memory.types);
+            context.upload(cmd, &types, (&memory.types, 0));
             for (from, to) in records.iter().zip(&memory.records) {
-                context.upload(cmd, from, to);
+                context.upload(cmd, from, (to, 0));
+            }
+            for (from, layer) in colors.iter().zip(0..) {
+                context.upload(cmd, from, (&memory.colors, layer));
             }
             let region = [vk::BufferCopy::default().size(statistics.size())];
             // SAFETY: both buffers are alive and hold the statistics.
@@ -261,24 +282,6 @@ impl ViewMemory {
     }
 }
 
-/// The stage `reflectance`: records from the G-buffer and the types.
-pub struct Reflectance(Pipeline);
-
-impl Reflectance {
-    /// # Errors
-    /// [Device errors](crate::Error::is_device).
-    pub fn new(context: &Arc<Context>, layout: &PipelineLayout) -> Result<Self> {
-        let spirv = shaders::REFLECTANCE_COMP;
-        Pipeline::compute(context, "reflectance", spirv, layout, &PIXEL_GROUP).map(Self)
-    }
-
-    /// Records the stage. G-buffer and types must be visible to compute shaders.
-    pub fn record(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
-        view.dispatch(cmd, &self.0, view.pixel_groups(), &Chunk::default());
-        view.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
-    }
-}
-
 impl GBuffer {
     fn new(context: &Arc<Context>, size: [u32; 2], written: vk::ImageUsageFlags) -> Result<Self> {
         let surface = |name, format| {
@@ -316,6 +319,16 @@ impl GBuffer {
     }
 }
 
+/// The records for shading in colour.
+fn colors(context: &Arc<Context>, [width, height]: [u32; 2]) -> Result<Image> {
+    let usage = vk::ImageUsageFlags::STORAGE
+        | vk::ImageUsageFlags::SAMPLED
+        | vk::ImageUsageFlags::TRANSFER_SRC
+        | vk::ImageUsageFlags::TRANSFER_DST;
+    let (name, format, layers) = ("colors", vk::Format::R32G32B32A32_SFLOAT, Some(3));
+    Image::new(context, &ImageDesc { name, format, width, height, layers, mips: 1, usage })
+}
+
 /// An image that compute stages write and read.
 fn map(context: &Arc<Context>, size: [u32; 2], name: &str, format: vk::Format) -> Result<Image> {
     let usage = vk::ImageUsageFlags::STORAGE
@@ -344,58 +357,4 @@ fn to_general(context: &Arc<Context>, images: &[&Image]) -> Result<()> {
         }
         Ok(())
     })
-}
-
-/// The surface's records, as the stage `reflectance` makes them.
-fn records(maps: &Maps, shading: &Shading) -> [Vec<[f32; 4]>; 3] {
-    let surface: &Surface = &maps.surface;
-    let mut records = [const { Vec::new() }; 3];
-    for i in 0..maps.types.len() {
-        let looks = shading.reflectance(
-            Vec3::from(surface.base_color[i]),
-            surface.metallic[i],
-            surface.roughness[i],
-            Vec3::from(surface.emissive[i]),
-        );
-        let position = Vec3::from(surface.position[i]).extend(looks.shininess);
-        let normal = Vec3::from(surface.normal[i]).extend(luminance(looks.diffuse));
-        let kind = maps.types[i] as u32 as f32;
-        records[0].push(position.to_array());
-        records[1].push(normal.to_array());
-        records[2].push([luminance(looks.specular), luminance(looks.unlit), kind, 0.0]);
-    }
-    records
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gpu::testing;
-
-    #[test]
-    fn the_device_makes_the_records_that_the_host_makes() {
-        let context = testing::context();
-        let (maps, view) = testing::maps(37, 19);
-        let (objective, shading) = (Objective::default(), Shading::default());
-        let uploaded = ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
-        let mut drawn =
-            ViewMemory::with_maps(&context, &maps, &view, &objective, &shading).unwrap();
-        drawn.add_g_buffer(vk::ImageUsageFlags::COLOR_ATTACHMENT).unwrap();
-        testing::upload_surface(&context, &maps.surface, drawn.g_buffer.as_ref().unwrap());
-        let stage = Reflectance::new(&context, &drawn.layout).unwrap();
-        Commands::once(&context, |cmd| {
-            stage.record(cmd, &drawn);
-            Ok(())
-        })
-        .unwrap();
-        for (made, expected) in drawn.records.iter().zip(&uploaded.records) {
-            let made: Vec<[f32; 4]> = testing::download(&context, made);
-            let expected: Vec<[f32; 4]> = testing::download(&context, expected);
-            assert!(expected.iter().flatten().any(|&x| x != 0.0));
-            for (a, b) in made.as_flattened().iter().zip(expected.as_flattened()) {
-                assert!((a - b).abs() <= 1e-5 * b.abs().max(1.0), "{a} {b}");
-            }
-        }
-        testing::assert_valid(&context);
-    }
 }

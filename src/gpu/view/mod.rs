@@ -3,4 +3,5 @@
 pub mod drawn;
 pub mod maps;
 pub mod memory;
+pub mod records;
 pub mod visibility;

@@ -11,6 +11,15 @@ pub const TILES_SHARED_BYTES: u32 = 30 << 10;
 /// Invocations of a subgroup that `tiles` can be made for, ascending.
 const TILES_SUBGROUPS: [u32; 4] = [8, 16, 32, 64];
 
+/// Under which lights pictures of a view will be shaded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lights {
+    /// White ones without a cone ([`crate::lighting::LightRecord::is_plain`]).
+    Plain,
+    /// Any.
+    Any,
+}
+
 /// How the pictures of a population are made. All of them give the same numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]

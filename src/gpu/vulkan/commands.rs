@@ -236,7 +236,12 @@ impl Context {
     }
 
     /// Copies the front of `from` to one layer of `to`, which is in layout `GENERAL`.
-    pub(in crate::gpu) fn upload(&self, cmd: vk::CommandBuffer, from: &Buffer, to: &Image) {
+    pub(in crate::gpu) fn upload(
+        &self,
+        cmd: vk::CommandBuffer,
+        from: &Buffer,
+        (to, layer): (&Image, u32),
+    ) {
         let layout = vk::ImageLayout::GENERAL;
         // SAFETY: `cmd` is being recorded on this device; the caller's buffer holds a whole layer.
         unsafe {
@@ -245,7 +250,7 @@ impl Context {
                 from.raw(),
                 to.raw(),
                 layout,
-                &[whole_layer(to, 0)],
+                &[whole_layer(to, layer)],
             );
         }
     }

@@ -3,7 +3,7 @@
 use super::allocator::{Blocks, DeviceAllocator, DeviceMemory, MemoryRequest};
 use super::borrowed::{BorrowedDevice, Held, QueueLock};
 use super::cache::Cache;
-use super::choice::{ComputeShape, PipelineKind, Subgroups};
+use super::choice::{ComputeShape, Lights, PipelineKind, Subgroups};
 use super::devices::{self, DeviceChoice, DeviceReport};
 use super::features::EnabledFeatures;
 use super::instance::{API_VERSION, OwnedInstance};
@@ -39,6 +39,9 @@ pub struct Tuning {
     pub pipeline: Option<PipelineKind>,
     /// The shape of [`PipelineKind::Compute`]; the faster for the device where not given.
     pub shape: Option<ComputeShape>,
+    /// Whether evaluators are made for coloured lights and spots from the start. An evaluator of a scene is
+    /// made so when it first meets such a light; one that records into an engine's commands cannot be.
+    pub any_lights: bool,
 }
 
 /// What has been made and read back since the context began.
@@ -80,6 +83,7 @@ pub struct Context {
     physical: vk::PhysicalDevice,
     needs: Needs,
     picture_memory: u64,
+    any_lights: bool,
     pipeline: Option<PipelineKind>,
     shape: ComputeShape,
     tiles: Option<Subgroups>,
@@ -214,6 +218,7 @@ impl Context {
             needs,
             picture_memory,
             pipeline: tuning.pipeline,
+            any_lights: tuning.any_lights,
             shape,
             tiles,
             forgotten: AtomicBool::new(false),
@@ -322,6 +327,11 @@ impl Context {
     /// An error that says what is more than the device can take.
     pub(in crate::gpu) fn unsupported(&self, lacks: String) -> Error {
         Error::Unsupported { device: self.report().info.name.clone(), lacks }
+    }
+
+    /// Under which lights evaluators will shade.
+    pub(in crate::gpu) fn lights(&self) -> Lights {
+        if self.any_lights { Lights::Any } else { Lights::Plain }
     }
 
     /// Bytes for the pictures of a population.

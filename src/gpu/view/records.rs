@@ -1,0 +1,147 @@
+//! The surface as the stages of a generation read it: made by the stages `reflectance` and, where
+//! something is shaded in colour or more than the brightness is measured, `colors`, or by the host.
+
+use super::memory::{PIXEL_GROUP, ViewMemory};
+use crate::Result;
+use crate::constants::NO_TARGET;
+use crate::gpu::Context;
+use crate::gpu::layout::Chunk;
+use crate::gpu::shaders;
+use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE};
+use crate::gpu::vulkan::pipeline::Pipeline;
+use crate::lighting::shading::{Brdf, Reflectance, Shading};
+use crate::math::color::luminance;
+use crate::objective::maps::Maps;
+use ash::vk;
+use glam::Vec3;
+use std::sync::Arc;
+
+/// The stages that make the records from the G-buffer and the types.
+pub struct Records {
+    reflectance: Pipeline,
+    colors: Option<Pipeline>,
+}
+
+impl Records {
+    /// For a view and views like it.
+    ///
+    /// # Errors
+    /// [Device errors](crate::Error::is_device).
+    pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
+        let [x, y] = PIXEL_GROUP;
+        let stage = |stem, spirv, constants: &[u32]| {
+            Pipeline::compute(context, stem, spirv, &view.layout, constants)
+        };
+        let colors = |brdf| stage("colors", shaders::COLORS_COMP, &[x, y, gltf(brdf)]);
+        Ok(Self {
+            reflectance: stage("reflectance", shaders::REFLECTANCE_COMP, &PIXEL_GROUP)?,
+            colors: view.color.map(colors).transpose()?,
+        })
+    }
+
+    /// Records the stages. G-buffer and types must be visible to compute shaders; the records are then.
+    pub fn record(&self, cmd: vk::CommandBuffer, context: &Context, view: &ViewMemory) {
+        for stage in [Some(&self.reflectance), self.colors.as_ref()].into_iter().flatten() {
+            view.dispatch(cmd, stage, view.pixel_groups(), &Chunk::default());
+        }
+        context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
+    }
+}
+
+/// The specialisation constant `GLTF` of shaders.
+pub fn gltf(brdf: Brdf) -> u32 {
+    (brdf == Brdf::Gltf).into()
+}
+
+/// A texel of each record.
+type Texels<const N: usize> = [Vec<[f32; 4]>; N];
+
+fn reflectance(maps: &Maps, shading: &Shading, at: usize) -> Reflectance {
+    let surface = &maps.surface;
+    shading.reflectance(
+        Vec3::from(surface.base_color[at]),
+        surface.metallic[at],
+        surface.roughness[at],
+        Vec3::from(surface.emissive[at]),
+    )
+}
+
+/// The surface's records, as the stage `reflectance` makes them.
+pub fn records(maps: &Maps, shading: &Shading) -> Texels<3> {
+    let mut records = [const { Vec::new() }; 3];
+    for at in 0..maps.types.len() {
+        let looks = reflectance(maps, shading, at);
+        let position = Vec3::from(maps.surface.position[at]).extend(looks.shininess);
+        let normal = Vec3::from(maps.surface.normal[at]).extend(luminance(looks.diffuse));
+        let kind = maps.types[at] as u32 as f32;
+        records[0].push(position.to_array());
+        records[1].push(normal.to_array());
+        records[2].push([luminance(looks.specular), luminance(looks.unlit), kind, 0.0]);
+    }
+    records
+}
+
+/// The records for shading in colour, as the stage `colors` makes them, with the target picture.
+pub fn colors(maps: &Maps, shading: &Shading) -> Texels<3> {
+    let mut records = [const { Vec::new() }; 3];
+    for at in 0..maps.types.len() {
+        let looks = reflectance(maps, shading, at);
+        let (specular, lobe) = match shading.brdf {
+            Brdf::BlinnPhong => (looks.specular, 0.5 * looks.shininess),
+            Brdf::Gltf => (looks.normal_incidence, looks.alpha * looks.alpha),
+        };
+        let target = maps.target.get(at).copied().unwrap_or(NO_TARGET);
+        records[0].push(looks.diffuse.extend(lobe).to_array());
+        records[1].push(specular.extend(maps.normal_gradient[at]).to_array());
+        records[2].push(looks.unlit.extend(target).to_array());
+    }
+    records
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::testing;
+    use crate::gpu::vulkan::choice::Lights;
+    use crate::gpu::vulkan::commands::Commands;
+    use crate::objective::{Needs, Objective, Terms};
+
+    #[test]
+    fn the_device_makes_the_records_that_the_host_makes() {
+        let context = testing::context();
+        let (maps, view) = testing::maps(37, 19);
+        let weights = Terms::named([("burnt", 1.0)]).unwrap();
+        let objective = Objective { weights, ..Objective::default() };
+        assert_eq!(objective.needs(), Needs::CHANNELS);
+        for brdf in [Brdf::BlinnPhong, Brdf::Gltf] {
+            let shading = Shading { brdf, ..Shading::default() };
+            let uploaded =
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading, Lights::Plain)
+                    .unwrap();
+            let mut drawn =
+                ViewMemory::with_maps(&context, &maps, &view, &objective, &shading, Lights::Plain)
+                    .unwrap();
+            drawn.add_g_buffer(vk::ImageUsageFlags::COLOR_ATTACHMENT).unwrap();
+            testing::upload_surface(&context, &maps.surface, drawn.g_buffer.as_ref().unwrap());
+            let stages = Records::new(&context, &drawn).unwrap();
+            Commands::once(&context, |cmd| {
+                stages.record(cmd, &context, &drawn);
+                Ok(())
+            })
+            .unwrap();
+            let layers = |memory: &ViewMemory| -> Vec<Vec<[f32; 4]>> {
+                let records = memory.records.iter().map(|image| testing::download(&context, image));
+                let colors =
+                    (0..3).map(|layer| testing::download_layer(&context, &memory.colors, layer));
+                records.chain(colors).collect()
+            };
+            for (made, expected) in layers(&drawn).iter().zip(layers(&uploaded)) {
+                assert!(expected.iter().flatten().any(|&x| x != 0.0));
+                for (a, b) in made.as_flattened().iter().zip(expected.as_flattened()) {
+                    assert!((a - b).abs() <= 1e-5 * b.abs().max(1.0), "{a} {b}");
+                }
+            }
+        }
+        testing::assert_valid(&context);
+    }
+}
