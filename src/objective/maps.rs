@@ -170,7 +170,8 @@ mod tests {
     fn maps_that_do_not_fit_each_other_are_refused() {
         maps().check().expect("maps that fit");
         Maps::default().check().expect("maps of nothing");
-        let faults: [(&str, fn(&mut Maps)); 16] = [
+        type Fault = fn(&mut Maps);
+        let faults: [(&str, Fault); 16] = [
             ("code has 5", |m| m.surface.code.truncate(5)),
             ("depth has 5", |m| m.surface.depth.truncate(5)),
             ("position has 5", |m| m.surface.position.truncate(5)),
