@@ -19,7 +19,7 @@ use klieg::lighting::LightKind;
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use support::{ball, population, rigs, view};
 
@@ -286,5 +286,95 @@ fn a_lost_device_is_an_error_and_may_be_dropped() {
         assert!(error.is_device_lost() && !error.is_input(), "{error}");
     }
     drop((made, context));
+    assert_eq!(engine.end(), [""; 0]);
+}
+
+static BEGIN: OnceLock<vk::PFN_vkBeginCommandBuffer> = OnceLock::new();
+static BARRIER: OnceLock<vk::PFN_vkCmdPipelineBarrier> = OnceLock::new();
+/// Command buffers that were begun, and whether the last has had no barrier yet.
+static BEGUN: AtomicU32 = AtomicU32::new(0);
+static FRESH: AtomicBool = AtomicBool::new(false);
+/// Command buffers whose first barrier is after everything.
+static FOLLOWING: AtomicU32 = AtomicU32::new(0);
+
+unsafe extern "system" fn begin(
+    cmd: vk::CommandBuffer,
+    info: *const vk::CommandBufferBeginInfo<'_>,
+) -> vk::Result {
+    BEGUN.fetch_add(1, Ordering::Relaxed);
+    FRESH.store(true, Ordering::Relaxed);
+    // SAFETY: the caller's arguments for the function that they are meant for.
+    BEGIN.get().map_or(vk::Result::ERROR_UNKNOWN, |begin| unsafe { begin(cmd, info) })
+}
+
+unsafe extern "system" fn barrier(
+    cmd: vk::CommandBuffer,
+    before: vk::PipelineStageFlags,
+    after: vk::PipelineStageFlags,
+    flags: vk::DependencyFlags,
+    memory_count: u32,
+    memory: *const vk::MemoryBarrier<'_>,
+    buffer_count: u32,
+    buffers: *const vk::BufferMemoryBarrier<'_>,
+    image_count: u32,
+    images: *const vk::ImageMemoryBarrier<'_>,
+) {
+    let writers = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
+    let everything = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
+    // SAFETY: so many barriers are there.
+    let memory_barriers = match memory_count {
+        0 => &[],
+        count => unsafe { std::slice::from_raw_parts(memory, count as usize) },
+    };
+    let whole = memory_barriers
+        .iter()
+        .any(|m| m.src_access_mask.contains(everything) && m.dst_access_mask.contains(everything));
+    if FRESH.swap(false, Ordering::Relaxed) && before.contains(writers) && whole {
+        FOLLOWING.fetch_add(1, Ordering::Relaxed);
+    }
+    if let Some(barrier) = BARRIER.get() {
+        // SAFETY: the caller's arguments for the function that they are meant for.
+        unsafe {
+            barrier(
+                cmd,
+                before,
+                after,
+                flags,
+                memory_count,
+                memory,
+                buffer_count,
+                buffers,
+                image_count,
+                images,
+            );
+        }
+    }
+}
+
+#[test]
+fn commands_begin_after_all_that_was_submitted_before() {
+    let engine = Engine::new(ALL);
+    let mut lent = engine.lend();
+    let _ = BEGIN.set(engine.device.fp_v1_0().begin_command_buffer);
+    let _ = BARRIER.set(engine.device.fp_v1_0().cmd_pipeline_barrier);
+    let get = engine.instance.fp_v1_0().get_device_proc_addr;
+    // SAFETY: the function table is that of the engine's device, but for functions of the same types.
+    lent.device = unsafe {
+        ash::Device::load_with(
+            |name| match name.to_bytes() {
+                b"vkBeginCommandBuffer" => begin as *const _,
+                b"vkCmdPipelineBarrier" => barrier as *const _,
+                _ => get(engine.device.handle(), name.as_ptr())
+                    .map_or(std::ptr::null(), |f| f as *const _),
+            },
+            engine.device.handle(),
+        )
+    };
+    let context = borrow(lent, Needs::ALL).unwrap();
+    scores(&mut evaluator(&context).unwrap()).unwrap();
+    let begun = BEGUN.load(Ordering::Relaxed);
+    assert!(begun > 3);
+    assert_eq!(FOLLOWING.load(Ordering::Relaxed), begun);
+    drop(context);
     assert_eq!(engine.end(), [""; 0]);
 }

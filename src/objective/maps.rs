@@ -235,7 +235,8 @@ mod tests {
     fn maps_that_do_not_fit_each_other_are_refused() {
         maps().check().expect("maps that fit");
         Maps::default().check().expect("maps of nothing");
-        let faults: [(&str, fn(&mut Maps)); 18] = [
+        type Fault = fn(&mut Maps);
+        let faults: [(&str, Fault); 18] = [
             ("normal_gradient has 7", |m| m.normal_gradient.push(0.0)),
             ("target has 1", |m| m.target.push(0.0)),
             ("code has 5", |m| m.surface.code.truncate(5)),

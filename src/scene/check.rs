@@ -148,7 +148,8 @@ mod tests {
     fn scenes_whose_parts_do_not_fit_are_refused() {
         scene().check().expect("a scene that fits");
         Scene::default().check().expect("a scene of nothing");
-        let faults: [(&str, fn(&mut Scene)); 14] = [
+        type Fault = fn(&mut Scene);
+        let faults: [(&str, Fault); 14] = [
             ("instance 1 'part': there is no mesh 1", |s| s.instances[1].mesh = 1),
             ("its first polygon is 0, not 1", |s| s.instances[0].first_polygon = 0),
             ("its first polygon is 4, not 3", |s| s.instances[1].first_polygon = 4),

@@ -154,14 +154,7 @@ impl GenerationMemory {
         (individuals, records): (u32, usize),
     ) -> Result<Self> {
         let entries = measure.entries();
-        let lights = (records * size_of::<LightRecord>()) as u64 + LIGHT_MARGIN;
-        let details = u64::from(individuals) * size_of::<Detail>() as u64;
-        let largest = u64::from(context.limits().max_storage_buffer_range);
-        if lights.max(details) > largest {
-            return Err(Error::Argument(format!(
-                "{individuals} individuals are more than the device's buffers can hold"
-            )));
-        }
+        let [lights, details] = light_and_detail_bytes(context, individuals, records)?;
         let (largest, block) = (chunk(context, view, measure)?, measure.block());
         let chunk = individuals.checked_next_multiple_of(block).map_or(largest, |n| n.min(largest));
         let pixels = view.size.map(u64::from).iter().product();
@@ -363,6 +356,20 @@ fn submission_size(most_work: u64, pixels: u64, lights: usize, block: u32) -> u3
     let each = pixels * lights.max(1) as u64;
     let most = u32::try_from(most_work / each).unwrap_or(u32::MAX);
     (most - most % block).max(block)
+}
+
+/// Bytes of all lights and of all details.
+///
+/// # Errors
+/// [`Error::Argument`] when that is more than the device's buffers can hold.
+fn light_and_detail_bytes(context: &Context, individuals: u32, records: usize) -> Result<[u64; 2]> {
+    let lights = (records * size_of::<LightRecord>()) as u64 + LIGHT_MARGIN;
+    let details = u64::from(individuals) * size_of::<Detail>() as u64;
+    if lights.max(details) > context.limits().max_storage_buffer_range.into() {
+        let fault = "individuals are more than the device's buffers can hold";
+        return Err(Error::Argument(format!("{individuals} {fault}")));
+    }
+    Ok([lights, details])
 }
 
 /// The specialisation constants that tell shaders what is measured besides the brightness and its

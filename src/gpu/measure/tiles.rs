@@ -25,6 +25,8 @@ pub struct Tiles {
     /// Where the views change.
     list_stage: Option<Pipeline>,
     count: u32,
+    /// Individuals that share a pass over the surface.
+    block: u32,
     subgroups: Subgroups,
     picture: Buffer,
     layout: PipelineLayout,
@@ -75,6 +77,7 @@ impl Tiles {
             stages: ByLights::default(),
             list_stage: None,
             count,
+            block: if view.color.is_some() { TILES_COLOR_BLOCK } else { TILES_BLOCK },
             subgroups,
             picture,
             layout,

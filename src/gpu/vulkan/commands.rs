@@ -436,30 +436,6 @@ mod tests {
     }
 
     #[test]
-    fn commands_follow_those_submitted_before() {
-        let context = testing::context();
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let buffer = Buffer::new(&context, "filled by two", 64, usage, Access::Device).unwrap();
-        let filling = |value| {
-            let mut commands = Commands::new(&context).unwrap();
-            let fill = |cmd| {
-                // SAFETY: the buffer is alive and may be filled.
-                unsafe { context.recorder().cmd_fill_buffer(cmd, buffer.raw(), 0, 64, value) };
-                Ok(())
-            };
-            commands.record(fill).unwrap();
-            commands
-        };
-        let (first, mut second) = (filling(1), filling(2));
-        let buffers = [first.raw];
-        let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
-        // Nothing waits between the two.
-        context.submit(&submit, vk::Fence::null()).unwrap();
-        second.run().unwrap();
-        testing::assert_valid(&context);
-    }
-
-    #[test]
     fn a_missing_barrier_is_reported() {
         let context = testing::context();
         fill_twice(&context, true);
