@@ -2,7 +2,7 @@
 //! starts, on alleles scaled to 0..1. All probes of a step, and those of all starts, are asked for
 //! together.
 
-use super::Optimizer;
+use super::{Best, Optimizer};
 use crate::math::range::Range;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -50,6 +50,8 @@ pub struct Descent {
     asked: Vec<Vec<f32>>,
     /// Current score of each walker.
     scores: Vec<f32>,
+    /// Of all that was scored: a probe may lie below the place where its walker stands.
+    best: Best,
 }
 
 /// One descent.
@@ -98,7 +100,8 @@ impl Descent {
         };
         let walkers: Vec<_> = starts.iter().map(walker).collect();
         let scores = vec![f32::INFINITY; walkers.len()];
-        Ok(Self { settings, bounds: bounds.to_vec(), walkers, asked: starts.to_vec(), scores })
+        let (bounds, asked, best) = (bounds.to_vec(), starts.to_vec(), Best::default());
+        Ok(Self { settings, bounds, walkers, asked, scores, best })
     }
 
     /// Where each descent stands and its score, in the order of the starts.
@@ -191,6 +194,9 @@ impl Optimizer for Descent {
 
     fn tell(&mut self, scores: &[f32]) {
         let asked = std::mem::take(&mut self.asked);
+        for (chromosome, &score) in asked.iter().zip(scores) {
+            self.best.offer(chromosome, score);
+        }
         let alleles = self.bounds.len();
         let mut from = 0;
         for walker in &mut self.walkers {
@@ -208,8 +214,7 @@ impl Optimizer for Descent {
     }
 
     fn best(&self) -> Option<(&[f32], f32)> {
-        let scored = self.positions().filter(|(_, score)| *score < f32::INFINITY);
-        scored.min_by(|a, b| a.1.total_cmp(&b.1))
+        self.best.get()
     }
 
     fn scores(&self) -> &[f32] {
@@ -270,7 +275,8 @@ mod tests {
         }
         let ends: Vec<f32> = search.positions().map(|(x, _)| x[0]).collect();
         assert!((ends[0] + 1.01).abs() < 0.01 && (ends[1] - 0.987).abs() < 0.01, "{ends:?}");
-        assert_eq!(search.best().unwrap().0, [ends[0]]);
+        let best = search.best().unwrap().0[0];
+        assert!((best - ends[0]).abs() <= 0.005 * 4.0, "{best}");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The seam between searches and evaluators: a search asks for the scores of some chromosomes and is
 //! told them. Searches know the box of each allele and nothing of lights, scenes or devices.
 
+pub mod best;
 pub mod descent;
 pub mod designer;
 pub mod genetic;
@@ -16,6 +17,7 @@ use crate::lighting::genome::Genome;
 use crate::lighting::{Population, Rig};
 use std::ops::ControlFlow;
 
+pub use best::Best;
 pub use descent::{Descent, DescentSettings};
 pub use designer::Designer;
 pub use genetic::{Genetic, GeneticSettings, MAX_POPULATION};
@@ -141,5 +143,82 @@ fn progress(search: &dyn Optimizer, generation: usize, evaluations: usize) -> Pr
         best: search.best().map_or(f32::INFINITY, |(_, score)| score),
         mean: scores.iter().sum::<f32>() / scores.len() as f32,
         worst: scores.iter().copied().fold(f32::NEG_INFINITY, f32::max),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lighting::start::{self, StartSettings};
+    use crate::math::range::Range;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    const BOUNDS: [Range; 3] = [Range::new(-1.0, 1.0); 3];
+
+    /// One search of each kind; genetic ones with and without elites.
+    fn searches(seed: u64) -> Vec<Box<dyn Optimizer>> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let first: Vec<f32> = BOUNDS.iter().map(|range| range.uniform(&mut rng)).collect();
+        let mut start = |size| {
+            start::population(&BOUNDS, first.clone(), size, &StartSettings::default(), &mut rng)
+        };
+        let (many, few, starts) = (start(12), start(4), start(3));
+        let genetic = |start: &[Vec<f32>], elitism| {
+            let population = start.len();
+            let settings = GeneticSettings { population, elitism, ..GeneticSettings::endless() };
+            Box::new(Genetic::new(&BOUNDS, start.to_vec(), settings, rng.clone()).unwrap())
+        };
+        let descent = DescentSettings::default();
+        vec![
+            genetic(&many, 0.1),
+            genetic(&many, 0.0),
+            genetic(&few, 0.1),
+            Box::new(Descent::new(&BOUNDS, &starts, descent).unwrap()),
+            Box::new(Restarts::new(&BOUNDS, first, descent, rng.clone()).unwrap()),
+            Box::new(Random::new(&BOUNDS, 5, rng)),
+        ]
+    }
+
+    /// Ripples, so that most children are worse than their parents and probes find lower places.
+    fn height(x: &[f32]) -> f32 {
+        x.iter().map(|x| x * x + (30.0 * x).sin()).sum()
+    }
+
+    #[test]
+    fn the_best_is_the_best_so_far() {
+        for seed in 0..10 {
+            for (number, mut search) in searches(seed).into_iter().enumerate() {
+                let mut best: Option<(Vec<f32>, f32)> = None;
+                for round in 0..60 {
+                    let before = search.best().map(|(x, score)| (x.to_vec(), score));
+                    assert_eq!(before, best, "search {number}, seed {seed}, round {round}");
+                    let told: Vec<f32> = search.ask().iter().map(|x| height(x)).collect();
+                    for (x, &score) in search.ask().iter().zip(&told) {
+                        if best.as_ref().is_none_or(|(_, best)| score < *best) {
+                            best = Some((x.clone(), score));
+                        }
+                    }
+                    search.tell(&told);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_never_the_best() {
+        for nan in [f32::NAN, -f32::NAN] {
+            for (number, mut search) in searches(1).into_iter().enumerate() {
+                let mut scores = vec![nan; search.ask().len()];
+                search.tell(&scores);
+                assert_eq!(search.best(), None, "search {number}");
+                scores.resize(search.ask().len(), nan);
+                if let Some(last) = scores.last_mut() {
+                    *last = 0.9;
+                    search.tell(&scores);
+                    assert_eq!(search.best().unwrap().1, 0.9, "search {number}");
+                }
+            }
+        }
     }
 }

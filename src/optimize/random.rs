@@ -1,6 +1,6 @@
 //! Uniform random search: what every other search has to beat.
 
-use super::Optimizer;
+use super::{Best, Optimizer};
 use crate::math::range::Range;
 use rand_chacha::ChaCha8Rng;
 
@@ -11,7 +11,7 @@ pub struct Random {
     rng: ChaCha8Rng,
     asked: Vec<Vec<f32>>,
     scores: Vec<f32>,
-    best: Option<(Vec<f32>, f32)>,
+    best: Best,
 }
 
 impl Random {
@@ -19,7 +19,7 @@ impl Random {
     pub fn new(bounds: &[Range], size: usize, rng: ChaCha8Rng) -> Self {
         let asked = vec![Vec::new(); size];
         let mut search =
-            Self { bounds: bounds.to_vec(), rng, asked, scores: Vec::new(), best: None };
+            Self { bounds: bounds.to_vec(), rng, asked, scores: Vec::new(), best: Best::default() };
         search.draw();
         search
     }
@@ -38,17 +38,14 @@ impl Optimizer for Random {
 
     fn tell(&mut self, scores: &[f32]) {
         self.scores = scores.to_vec();
-        let told = self.asked.iter().zip(scores);
-        if let Some((chromosome, &score)) = told.min_by(|a, b| a.1.total_cmp(b.1))
-            && self.best.as_ref().is_none_or(|(_, best)| score < *best)
-        {
-            self.best = Some((chromosome.clone(), score));
+        for (chromosome, &score) in self.asked.iter().zip(scores) {
+            self.best.offer(chromosome, score);
         }
         self.draw();
     }
 
     fn best(&self) -> Option<(&[f32], f32)> {
-        self.best.as_ref().map(|(chromosome, score)| (chromosome.as_slice(), *score))
+        self.best.get()
     }
 
     fn scores(&self) -> &[f32] {

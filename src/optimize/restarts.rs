@@ -1,7 +1,7 @@
 //! Greedy descents one after another: the first from a given start, each later one from a uniform
 //! random one, so that the greedy search can use as many evaluations as another search.
 
-use super::{Descent, DescentSettings, Optimizer};
+use super::{Best, Descent, DescentSettings, Optimizer};
 use crate::Result;
 use crate::math::range::Range;
 use rand_chacha::ChaCha8Rng;
@@ -13,8 +13,9 @@ pub struct Restarts {
     bounds: Vec<Range>,
     rng: ChaCha8Rng,
     descent: Descent,
-    /// Where the descents before ended, in order.
-    ends: Vec<(Vec<f32>, f32)>,
+    /// The scores at which the descents before ended, in order.
+    ends: Vec<f32>,
+    best: Best,
 }
 
 impl Restarts {
@@ -29,12 +30,13 @@ impl Restarts {
         rng: ChaCha8Rng,
     ) -> Result<Self> {
         let descent = Descent::new(bounds, &[first], settings)?;
-        Ok(Self { settings, bounds: bounds.to_vec(), rng, descent, ends: Vec::new() })
+        let (bounds, ends, best) = (bounds.to_vec(), Vec::new(), Best::default());
+        Ok(Self { settings, bounds, rng, descent, ends, best })
     }
 
     /// The scores at which the descents ended that came to their end, in order.
     pub fn ends(&self) -> impl Iterator<Item = f32> {
-        self.ends.iter().map(|(_, score)| *score)
+        self.ends.iter().copied()
     }
 }
 
@@ -44,10 +46,12 @@ impl Optimizer for Restarts {
     }
 
     fn tell(&mut self, scores: &[f32]) {
+        for (chromosome, &score) in self.descent.ask().iter().zip(scores) {
+            self.best.offer(chromosome, score);
+        }
         self.descent.tell(scores);
         if self.descent.ask().is_empty() {
-            let end = self.descent.best().map(|(chromosome, score)| (chromosome.to_vec(), score));
-            self.ends.extend(end);
+            self.ends.extend(self.descent.positions().map(|(_, score)| score));
             let start = self.bounds.iter().map(|range| range.uniform(&mut self.rng)).collect();
             self.descent = Descent::new(&self.bounds, &[start], self.settings)
                 .expect("the settings were checked for the first descent");
@@ -55,8 +59,7 @@ impl Optimizer for Restarts {
     }
 
     fn best(&self) -> Option<(&[f32], f32)> {
-        let ends = self.ends.iter().map(|(chromosome, score)| (chromosome.as_slice(), *score));
-        ends.chain(self.descent.best()).min_by(|a, b| a.1.total_cmp(&b.1))
+        self.best.get()
     }
 
     fn scores(&self) -> &[f32] {
