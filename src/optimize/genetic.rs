@@ -2,12 +2,36 @@
 //! tournament, crossover 80 %, mutation 20 %. A value that leaves its box is drawn again, never
 //! clamped.
 
-use super::{Best, Optimizer};
+use super::start::population;
+use super::{Best, Entry, Optimizer, Setup};
 use crate::math::range::Range;
 use crate::{Error, Result};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
+
+/// Its name in settings.
+pub const NAME: &str = "ga";
+
+pub(super) const ENTRY: Entry = Entry {
+    name: NAME,
+    title: "genetic algorithm",
+    description: "The genetic algorithm of Ha and Olivier",
+    new: |Setup { bounds, first, settings, mut rng }| {
+        let genetic = settings.genetic;
+        let start = population(bounds, first, genetic.population, &settings.start, &mut rng);
+        Ok(Box::new(Genetic::new(bounds, start, genetic, rng)?))
+    },
+    generations: |settings| Some(settings.genetic.generations),
+    words: |settings| {
+        let GeneticSettings { population, elitism, crossover, mutation, .. } = settings.genetic;
+        let [elitism, crossover, mutation] = [elitism, crossover, mutation].map(|x| 100.0 * x);
+        format!(
+            "population {population}, elitism {elitism:.0} %, crossover {crossover:.0} %, \
+             mutation {mutation:.0} %"
+        )
+    },
+};
 
 /// Most individuals of a generation: what bounds memory on the host and on the device.
 pub const MAX_POPULATION: usize = 1 << 17;
@@ -18,7 +42,7 @@ pub const MAX_POPULATION: usize = 1 << 17;
 pub struct GeneticSettings {
     /// Individuals, 2 to [`MAX_POPULATION`].
     pub population: usize,
-    /// Generations, the first population included; counted anew from a [`Genetic::renew`].
+    /// Generations, the first population included; counted anew from a [`Optimizer::renew`].
     pub generations: usize,
     /// Share of the population, the best, that is copied with its scores.
     pub elitism: f32,
@@ -59,6 +83,17 @@ impl GeneticSettings {
     /// Number of elites: at least one individual is new in every generation.
     pub fn elites(&self) -> usize {
         ((self.population as f32 * self.elitism).round() as usize).min(self.population - 1)
+    }
+
+    /// Evaluations of the first generation, and of each later one.
+    pub fn generation_sizes(&self) -> (usize, usize) {
+        (self.population, self.population - self.elites())
+    }
+
+    /// Evaluations of a whole search.
+    pub fn budget(&self) -> usize {
+        let (first, later) = self.generation_sizes();
+        later.saturating_mul(self.generations - 1).saturating_add(first)
     }
 
     /// # Errors
@@ -141,18 +176,6 @@ impl Genetic {
         &self.population
     }
 
-    /// Forgets all scores, as they hold no more, and asks for the whole present generation: the
-    /// elites and those that wait for their scores, or everyone of a finished search, each passed
-    /// through `change`, which must stay inside the bounds. A finished search goes on.
-    pub fn renew(&mut self, change: impl Fn(Vec<f32>) -> Vec<f32>) {
-        self.population.truncate(self.settings.population - self.asked.len());
-        let all = self.population.drain(..).chain(self.asked.drain(..));
-        self.asked = all.map(change).collect();
-        self.scores.clear();
-        self.best = Best::default();
-        (self.generation, self.improved) = (0, 0);
-    }
-
     fn finished(&self) -> bool {
         let GeneticSettings { generations, patience, .. } = self.settings;
         self.generation >= generations
@@ -186,6 +209,10 @@ impl Genetic {
 }
 
 impl Optimizer for Genetic {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
     fn ask(&self) -> &[Vec<f32>] {
         &self.asked
     }
@@ -220,12 +247,25 @@ impl Optimizer for Genetic {
     fn scores(&self) -> &[f32] {
         &self.scores
     }
+
+    /// Asks for the elites and those that wait for their scores, or for everyone of an ended search.
+    fn renew(&mut self, change: &dyn Fn(&[f32]) -> Vec<f32>) {
+        self.population.truncate(self.settings.population - self.asked.len());
+        let all = self.population.drain(..).chain(self.asked.drain(..));
+        self.asked = all.map(|individual| change(&individual)).collect();
+        self.scores.clear();
+        self.best = Best::default();
+        (self.generation, self.improved) = (0, 0);
+    }
+
+    fn boxed(&self) -> Box<dyn Optimizer> {
+        Box::new(self.clone())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lighting::start;
     use proptest::prelude::*;
     use rand::SeedableRng;
 
@@ -237,8 +277,7 @@ mod tests {
     fn search(bounds: &[Range], settings: GeneticSettings, seed: u64) -> Genetic {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let first = bounds.iter().map(Range::middle).collect();
-        let start =
-            start::population(bounds, first, settings.population, &Default::default(), &mut rng);
+        let start = population(bounds, first, settings.population, &Default::default(), &mut rng);
         Genetic::new(bounds, start, settings, rng).unwrap()
     }
 
