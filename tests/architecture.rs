@@ -131,10 +131,10 @@ impl References {
             match token {
                 TokenTree::Punct(punct) if punct.as_char() == ';' => return,
                 TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => return,
-                TokenTree::Ident(word) if before.as_deref() == Some("mod") => {
-                    if is_punct(tokens.peek(), ';') {
-                        self.tests.push([module, &[word.to_string()]].concat());
-                    }
+                TokenTree::Ident(word)
+                    if before.as_deref() == Some("mod") && is_punct(tokens.peek(), ';') =>
+                {
+                    self.tests.push([module, &[word.to_string()]].concat());
                 }
                 TokenTree::Ident(word) => before = Some(word.to_string()),
                 _ => {}

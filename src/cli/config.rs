@@ -1,7 +1,8 @@
 //! All settings of a run: the defaults, what a TOML file changes, and their checks.
 //! `docs/CONFIGURATION.md` is the reference.
 
-use super::values::{Device, Lights, OptimizerName, Size};
+use super::optimizer::OptimizerName;
+use super::values::{Device, Lights, Size};
 use crate::error::within;
 use crate::gpu::PipelineKind;
 use crate::lighting::LightKind;

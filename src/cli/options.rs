@@ -1,7 +1,8 @@
 //! Options that several subcommands share, and how they change the settings.
 
 use super::config::{CameraKey, First, Pipeline, Settings, ViewSettings};
-use super::values::{Device, Lights, OptimizerName, Size, Weights};
+use super::optimizer::OptimizerName;
+use super::values::{Device, Lights, Size, Weights};
 use crate::Result;
 use crate::lighting::LightKind;
 use clap::{Args, ValueEnum};

@@ -5,10 +5,8 @@ use crate::lighting::genome::Genome;
 use crate::lighting::{Light, LightKind, MAX_LIGHTS, Role, check_number};
 use crate::math::range::Range;
 use crate::objective::Terms;
-use crate::optimize::{Entry, OPTIMIZERS, find};
 use crate::scene::view::MAX_SIDE;
 use crate::study::landscape::Grid;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
 use std::str::FromStr;
@@ -34,39 +32,6 @@ impl FromStr for Size {
 impl Display for Size {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}x{}", self.0[0], self.0[1])
-    }
-}
-
-/// An optimiser by its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct OptimizerName(pub &'static Entry);
-
-impl Default for OptimizerName {
-    fn default() -> Self {
-        Self(&OPTIMIZERS[0])
-    }
-}
-
-impl FromStr for OptimizerName {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        find(text).map(Self).map_err(|fault| fault.to_string())
-    }
-}
-
-impl Display for OptimizerName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.0.name)
-    }
-}
-
-impl OptimizerName {
-    /// How clap reads it: help lists all of them.
-    pub fn parser() -> impl TypedValueParser<Value = Self> {
-        let value = |entry: &Entry| PossibleValue::new(entry.name).help(entry.description);
-        PossibleValuesParser::new(OPTIMIZERS.iter().map(value)).try_map(|name| name.parse::<Self>())
     }
 }
 
@@ -130,7 +95,7 @@ macro_rules! text_form {
         }
     )*};
 }
-text_form!(Size, Device, OptimizerName);
+text_form!(Size, Device);
 
 /// The lights of a rig: a number of them, or their roles.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@ use super::{Observe, Subject, seeds};
 use crate::Result;
 use crate::design::{Course, race};
 use crate::lighting::genome::Genome;
-use crate::optimize::{Entry, Optimizer, Settings, find, genetic, random, restarts};
+use crate::optimize::{Entry, Settings, find, genetic, random, restarts};
 
 /// The searches that the paper's figures compare, by name.
 pub const SEARCHES: [&str; 3] = [genetic::NAME, restarts::NAME, random::NAME];
@@ -18,7 +18,7 @@ pub struct Contestant {
     pub optimizer: &'static Entry,
     /// A course for each seed.
     pub courses: Vec<Course>,
-    /// For each seed, [`Optimizer::minima`].
+    /// For each seed, the scores of the local minima that it left for a new start.
     pub minima: Vec<Vec<f32>>,
 }
 
@@ -98,11 +98,11 @@ pub fn run(
         }
     }
     let courses = race(&mut searches, budget, genome, subject.evaluator, observe)?;
-    let contestant = |(optimizer, (courses, searches)): (_, (&[Course], &[Box<dyn Optimizer>]))| {
-        let minima = searches.iter().map(|search| search.minima().to_vec()).collect();
-        Contestant { optimizer, courses: courses.to_vec(), minima }
+    let contestant = |(number, optimizer): (usize, &'static Entry)| {
+        let own = number * runs..(number + 1) * runs;
+        let minima = searches[own.clone()].iter().map(|search| search.minima().to_vec()).collect();
+        Contestant { optimizer, courses: courses[own].to_vec(), minima }
     };
-    let runs_of_each = courses.chunks(runs).zip(searches.chunks(runs));
-    let contestants = entries.into_iter().zip(runs_of_each).map(contestant).collect();
+    let contestants = entries.into_iter().enumerate().map(contestant).collect();
     Ok(Contest { budget, seed, contestants })
 }

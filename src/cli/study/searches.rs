@@ -3,10 +3,11 @@
 
 use super::Common;
 use crate::cli::config::Settings;
+use crate::cli::optimizer::OptimizerName;
 use crate::cli::print;
 use crate::cli::progress::Watch;
 use crate::cli::session::{self, Session};
-use crate::cli::values::{Lights, OptimizerName};
+use crate::cli::values::Lights;
 use crate::lighting::genome::Genome;
 use crate::optimize::{self, genetic, restarts};
 use crate::report::Staging;
