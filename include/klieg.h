@@ -1142,10 +1142,9 @@ klieg_status klieg_evaluator_qualities_of_pictures(klieg_evaluator *evaluator,
                                                    uint32_t count,
                                                    klieg_quality *qualities);
 
-/* The search for lights, a little every frame */
+/* The search for lights */
 
-// A genetic search for the lights with the lowest score, which its caller advances. One thread at a
-// time. It knows of no device: scores come from an evaluator, at once or frames later.
+// A search for the lights with the lowest score, which its caller advances. One thread at a time. It knows of no device: scores come from an evaluator, at once or frames later.
 typedef struct klieg_designer klieg_designer;
 
 // The values that lights of a role may have, each the lowest and the highest.
@@ -1162,8 +1161,8 @@ typedef struct klieg_role_box {
     float distance[2];
 } klieg_role_box;
 
-// What a designer looks for, and how. `klieg_design_defaults` sets all but `roles`, `lights` and `first`,
-// which it makes empty.
+// What a designer looks for, and how. `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and
+// `first`, which it makes empty.
 typedef struct klieg_design {
     // The role of each light.
     const klieg_role *roles;
@@ -1178,10 +1177,14 @@ typedef struct klieg_design {
     struct klieg_role_box fill;
     // What rim lights may be; by default as fill lights, but for azimuth 100..260.
     struct klieg_role_box rim;
-    // Individuals of a generation, 2..131072; by default 30.
+    // How the lights are searched: `"ga"`, the genetic algorithm, which `NULL` stands for; `"greedy"`, steepest
+    // descents; `"restarts"`, such descents one after another; or `"random"`.
+    const char *optimizer;
+    // Individuals of a generation, 2..131072; by default 30. Of random search too.
     uint32_t population;
     // Generations after which the search ends, counted anew from a change of the view; 0, the default, for
-    // never.
+    // never. Of random search too, and descents with restarts end after as many evaluations; greedy
+    // descents end where the ground is level, until the view changes.
     uint64_t generations;
     // Generations without a better rig after which the search ends, counted likewise; 0, the default, for
     // never.
@@ -1201,6 +1204,15 @@ typedef struct klieg_design {
     float scattered;
     // Standard deviation of that scatter as a share of each value's range, 0..1; by default 0.1.
     float spread;
+    // Greedy descents side by side, 1..1024; by default 1. The first begins with the first rig, the others
+    // with random ones.
+    uint32_t greedy_starts;
+    // Distance of a descent's probes, above 0, to 1, as a share of each value's range; by default 0.005.
+    float greedy_probe;
+    // Length of a descent's first step, such a share; by default 0.1.
+    float greedy_step;
+    // Length of a step below which a descent has ended, such a share; by default 0.001.
+    float greedy_end;
     // The first rig, `lights` of them, each value moved to the nearest one that its role may have:
     // `klieg_evaluator_suggest`, a rig of the engine's, or `NULL` for the middle of every range.
     const klieg_light *first;
@@ -1215,11 +1227,11 @@ typedef struct klieg_progress {
     uint64_t generation;
     // Evaluations so far.
     uint64_t evaluations;
-    // Lowest score of the generation.
+    // Lowest score so far, since the view last changed.
     float best;
-    // Mean score of the generation.
+    // Mean score of what the search holds.
     float mean;
-    // Highest score of the generation.
+    // Highest of these scores.
     float worst;
 } klieg_progress;
 
@@ -1236,7 +1248,8 @@ klieg_status klieg_evaluator_suggest(klieg_evaluator *evaluator,
 
 // Makes a designer. Any thread.
 //
-// `KLIEG_ERROR_ARGUMENT` names the setting that is out of its range.
+// `KLIEG_ERROR_ARGUMENT` names the setting that is out of its range, and lists the optimizers where
+// `design->optimizer` is none of them.
 klieg_status klieg_designer_create(const struct klieg_design *design,
                                    struct klieg_designer **designer);
 
@@ -1245,11 +1258,12 @@ void klieg_designer_destroy(struct klieg_designer *designer);
 
 // Gives the rigs whose scores the search wants next: `*rigs` of them, one after the other, each with the
 // design's number of lights; none when the search has ended. `capacity` is the number of lights that
-// `lights` has room for, `klieg_design::population` · `klieg_design::lights` in any case enough. Asking
-// again gives the same until `klieg_designer_tell`.
+// `lights` has room for. Of `"ga"` and `"random"`, `klieg_design::population` · `klieg_design::lights` is in
+// any case enough; descents ask for two rigs for each value of each light of each descent. Asking again gives
+// the same until `klieg_designer_tell`.
 //
-// Elites keep their scores, so that there are fewer rigs after the first generation. `lights` may be `NULL`
-// to be told their number alone.
+// Elites of the genetic algorithm keep their scores, so that there are fewer rigs after the first
+// generation. `lights` may be `NULL` to be told their number alone.
 klieg_status klieg_designer_ask(struct klieg_designer *designer,
                                 klieg_light *lights,
                                 uint32_t capacity,
@@ -1277,9 +1291,9 @@ klieg_status klieg_designer_advance_for(struct klieg_designer *designer,
                                         double seconds,
                                         struct klieg_progress *progress);
 
-// Gives the best rig of the last generation, the design's number of lights, and its score; either pointer
-// may be `NULL`. `capacity` is the number of lights that `lights` has room for. Between a change of the
-// view and the next scores it is the one from before, where it stands now.
+// Gives the best rig so far, the design's number of lights, and its score; either pointer
+// may be `NULL`. `capacity` is the number of lights that `lights` has room for. It starts anew with the first
+// scores after a change of the view; until then it is the one from before, where it stands now.
 //
 // `KLIEG_NOTHING_YET` before the first scores.
 klieg_status klieg_designer_best(struct klieg_designer *designer,
@@ -1293,8 +1307,8 @@ klieg_status klieg_designer_follow(struct klieg_designer *designer,
                                    const klieg_frame *from,
                                    const klieg_frame *to);
 
-// Goes on from the present generation as it stands, all of it scored anew: the scene, or what the
-// evaluator measures, has changed.
+// Goes on with what the search holds as it stands, all of it scored anew: the scene, or what the evaluator
+// measures, has changed.
 klieg_status klieg_designer_renew(struct klieg_designer *designer);
 
 #ifdef __cplusplus

@@ -4,9 +4,9 @@
 //! picture in which shapes, details and depth are easiest to see. The method is *Perception-based
 //! Lighting Design* (Ha and Olivier, 2006); `docs/METHOD.md` says where its numbers are ours.
 //!
-//! The rooms, in the direction of the arrows (`optimize` and the command line use the rest):
-//! [`scene`] → [`lighting`], [`objective`] → [`cpu`] | [`gpu`] → [`evaluate`] → [`optimize`] →
-//! [`study`].
+//! The rooms, each of which knows only those before it: [`error`], [`math`], [`lighting`], [`scene`],
+//! [`objective`], [`evaluate`], [`cpu`] and [`gpu`], [`optimize`] (which knows the first two alone),
+//! [`design`], [`study`]; then reports, the command line and the C interface.
 
 #![warn(missing_docs)]
 
@@ -20,6 +20,7 @@ macro_rules! constants {
 
 mod constants;
 pub mod cpu;
+pub mod design;
 pub mod error;
 pub mod evaluate;
 pub mod gpu;

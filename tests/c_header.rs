@@ -15,7 +15,7 @@ const PARTS: [&[&str]; 10] = [
     &["evaluator", "settings"],
     &["surface"],
     &["pictures"],
-    &["designer"],
+    &["design", "designer"],
 ];
 
 /// Types of Vulkan, by their names in ash.

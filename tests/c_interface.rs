@@ -3,15 +3,16 @@
 #![cfg(target_os = "linux")]
 
 use glam::{DMat4, DVec3};
+use klieg::design::Designer;
+use klieg::design::start::first_of_surface;
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
 use klieg::lighting::genome::{Boxes, Genome};
 use klieg::lighting::presets::Preset;
 use klieg::lighting::shading::Shading;
-use klieg::lighting::start::{StartSettings, first_of_surface};
 use klieg::lighting::{Light, LightKind, Population, Role};
 use klieg::objective::Objective;
-use klieg::optimize::{Designer, GeneticSettings};
+use klieg::optimize::{GeneticSettings, Settings};
 use klieg::scene::build::{MeshData, SceneBuilder, TextureData};
 use klieg::scene::view::{Camera, Projection, View};
 use klieg::scene::{Material, Scene, TextureRef, Wrap};
@@ -195,9 +196,9 @@ fn expected(seed: u64) -> Vec<String> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let first = first_of_surface(evaluator.maps().unwrap(), &genome, &mut rng);
     lines.extend(light_lines("first", &genome.decode(&first)));
-    let settings = GeneticSettings { population: 12, ..GeneticSettings::endless() };
-    let start = StartSettings::default();
-    let mut designer = Designer::new(genome, settings, start, Some(first), seed).unwrap();
+    let genetic = GeneticSettings { population: 12, ..GeneticSettings::endless() };
+    let settings = Settings { genetic, ..Settings::default() };
+    let mut designer = Designer::new(genome, "ga", &settings, Some(first), seed).unwrap();
     let progress = designer.advance(&mut evaluator, 4).unwrap();
     lines.push(line("progress", &[progress.best, progress.mean, progress.worst]));
     let (rig, score) = designer.best().unwrap();

@@ -254,31 +254,6 @@ fn an_interrupt_keeps_the_best_so_far() {
 }
 
 #[test]
-fn a_greedy_search_descends_and_repeats_itself() {
-    let place = Folder::new();
-    let arguments = ["design", "ball.gltf", "--size", "48x40", "--optimizer", "greedy"];
-    std::fs::write(place.path("starts.toml"), "[greedy]\nstarts = 3\n").unwrap();
-    for out in ["one", "two", "three"] {
-        let mut command = place.klieg(&arguments);
-        command.args(["--out", out]);
-        if out == "three" {
-            command.args(["--config", "starts.toml"]);
-        }
-        command.assert().success();
-    }
-    let score = |out: &str| place.read_json(&format!("{out}/result.json"))["score"].as_f64();
-    assert_eq!(score("one"), score("two"));
-    assert!(score("three") <= score("one"), "the first of three starts is the only one of one");
-    let table = std::fs::read_to_string(place.path("one/convergence.csv")).unwrap();
-    let best: Vec<f64> = table
-        .lines()
-        .skip(1)
-        .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
-        .collect();
-    assert!(best.is_sorted_by(|a, b| a >= b) && best[best.len() - 1] < best[0], "{best:?}");
-}
-
-#[test]
 fn a_scene_far_from_the_origin_scores_as_it_was_designed() {
     let place = Folder::new();
     let mut far = place.read_json("ball.gltf");

@@ -185,3 +185,23 @@ fn no_arguments_and_help() {
         .success()
         .stdout(format!("klieg {}\n", env!("CARGO_PKG_VERSION")));
 }
+
+#[test]
+fn unknown_optimizers_are_answered_with_all_names() {
+    let place = Folder::new();
+    std::fs::write(place.path("odd.toml"), "seed = 1\noptimizer = \"annealing\"\n").unwrap();
+    let names = ["ga", "greedy", "restarts", "random"];
+    for arguments in [
+        ["design", "ball.gltf", "--out", "out", "--optimizer", "annealing"],
+        ["batch", "ball.gltf", "--out", "out", "--optimizer", "annealing"],
+        ["design", "ball.gltf", "--out", "out", "--config", "odd.toml"],
+    ] {
+        let message = fails(&place, &arguments, 2);
+        assert!(message.contains("annealing"), "{message}");
+        assert!(names.iter().all(|name| message.contains(name)), "{message}");
+        assert!(!message.contains("odd.toml") || message.contains("line 2"), "{message}");
+    }
+    let study = ["study", "convergence", "ball.gltf", "--out", "out", "--optimizers", "ga,odd"];
+    assert!(fails(&place, &study, 2).contains("restarts"));
+    assert!(!place.path("out").exists());
+}

@@ -104,6 +104,15 @@ fn courses_fall_and_searches_are_paired_by_seed() {
         assert_eq!(mean.len(), 6);
         assert!(mean.is_sorted_by(|a, b| a >= b), "{mean:?}");
     }
+    let chosen = [&SHORT[..], &["--optimizers", "greedy,ga"]].concat();
+    let others = study(&place, "convergence", "c", &chosen);
+    let names = |courses: &Value| {
+        let names = courses["methods"].as_array().unwrap().iter();
+        names.map(|m| m["method"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&courses), ["genetic", "greedy", "random"]);
+    assert_eq!(names(&others), ["descents", "genetic"]);
+    assert_eq!(others["methods"][1], methods[0]);
     let pairs = study(&place, "compare", "b", &SHORT);
     for (method, side) in ["genetic", "greedy"].into_iter().enumerate() {
         // The same seeds give the same runs in both studies.

@@ -5,14 +5,15 @@
 mod support;
 
 use klieg::cpu::{self, CpuEvaluator};
+use klieg::design::{self, Outcome, start};
 use klieg::evaluate::{Evaluator, Inspection};
 use klieg::gpu::GpuEvaluator;
 use klieg::lighting::genome::{Boxes, Genome};
 use klieg::lighting::presets::Preset;
 use klieg::lighting::shading::Shading;
-use klieg::lighting::{Light, LightKind, Role, start};
+use klieg::lighting::{Light, LightKind, Role};
 use klieg::objective::Objective;
-use klieg::optimize::{self, Genetic, GeneticSettings, Outcome};
+use klieg::optimize::{self, GeneticSettings, Settings, Setup};
 use klieg::scene::Scene;
 use klieg::scene::view::View;
 use rand::SeedableRng;
@@ -83,20 +84,15 @@ fn design(
 ) -> Outcome {
     let roles = [Role::Key, Role::Fill];
     let genome = Genome::new(&roles, LightKind::Point, &Boxes::default()).unwrap();
-    let settings = GeneticSettings { generations, ..Default::default() };
+    let genetic = GeneticSettings { generations, ..Default::default() };
+    let settings = &Settings { genetic, ..Default::default() };
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let maps = evaluator.maps().unwrap();
-    let clustering = start::visible_clusters(scene, view, maps, genome.lights(), &mut rng);
-    let first = start::from_clusters(&genome, &clustering.clusters);
-    let population = start::population(
-        genome.bounds(),
-        first,
-        settings.population,
-        &Default::default(),
-        &mut rng,
-    );
-    let mut search = Genetic::new(genome.bounds(), population, settings, rng).unwrap();
-    optimize::run(&mut search, &genome, evaluator, &mut |_| ControlFlow::Continue(())).unwrap()
+    let first = start::first(scene, view, maps, &genome, &mut rng);
+    let setup = Setup { bounds: genome.bounds(), first, settings, rng };
+    let mut search = optimize::create("ga", setup).unwrap();
+    let observe = &mut |_: &_| ControlFlow::Continue(());
+    design::run(&mut *search, &genome, evaluator, observe).unwrap()
 }
 
 #[test]

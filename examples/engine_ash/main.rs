@@ -13,6 +13,7 @@ mod vulkan;
 mod world;
 
 use image::{Rgb, RgbImage};
+use klieg::design::{Designer, start};
 use klieg::evaluate::{Evaluator, Inspection};
 use klieg::glam::Vec3;
 use klieg::gpu::{
@@ -22,12 +23,11 @@ use klieg::gpu::{
 use klieg::lighting::genome::{Boxes, Genome};
 use klieg::lighting::presets::Preset;
 use klieg::lighting::shading::Shading;
-use klieg::lighting::start::{self, StartSettings};
 use klieg::lighting::{Light, LightKind, Population, Role};
 use klieg::math::color::{luminance, srgb_decode, srgb_encode};
 use klieg::math::frame::Frame;
 use klieg::objective::Objective;
-use klieg::optimize::{Designer, GeneticSettings};
+use klieg::optimize::Settings;
 use klieg::rand::SeedableRng;
 use klieg::rand::rngs::StdRng;
 use klieg::scene::Scene;
@@ -328,8 +328,7 @@ fn genome() -> Result<Genome> {
 }
 
 fn designer(genome: Genome, first: Vec<f32>) -> Result<Designer> {
-    let (settings, start) = (GeneticSettings::endless(), StartSettings::default());
-    Ok(Designer::new(genome, settings, start, Some(first), SEED)?)
+    Ok(Designer::new(genome, "ga", &Settings::endless(), Some(first), SEED)?)
 }
 
 fn said(designer: &Designer) -> String {

@@ -6,11 +6,11 @@ use crate::renderer::{LIGHTS, Light, Renderer};
 use crate::world::Camera;
 use bytemuck::Zeroable;
 use glam::DVec3;
+use klieg::design::Designer;
 use klieg::lighting::genome::{Boxes, Genome};
-use klieg::lighting::start::StartSettings;
 use klieg::lighting::{LightKind, LightRecord, Role};
 use klieg::math::frame::Frame;
-use klieg::optimize::{Designer, GeneticSettings};
+use klieg::optimize::{GeneticSettings, Settings};
 use klieg::scene::engine::EngineCamera;
 use std::path::Path;
 
@@ -69,8 +69,9 @@ impl Stage<'_> {
 pub fn designer() -> Result<Designer> {
     let roles: [Role; LIGHTS] = [Role::Key, Role::Fill, Role::Rim];
     let genome = Genome::new(&roles, LightKind::Point, &Boxes::default())?;
-    let settings = GeneticSettings { population: RIGS as usize, ..GeneticSettings::endless() };
-    Ok(Designer::new(genome, settings, StartSettings::default(), None, 1)?)
+    let genetic = GeneticSettings { population: RIGS as usize, ..GeneticSettings::endless() };
+    let settings = Settings { genetic, ..Settings::default() };
+    Ok(Designer::new(genome, "ga", &settings, None, 1)?)
 }
 
 /// The engine's lights for a rig of klieg's, which stands in the camera's axes around the world's

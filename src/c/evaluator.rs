@@ -9,10 +9,10 @@ use super::scene::klieg_scene;
 use super::settings::{
     as_objective, as_shading, klieg_objective, klieg_quality, klieg_shading, write_qualities,
 };
+use crate::design::start;
 use crate::evaluate::Evaluator;
 use crate::gpu::{GpuEvaluator, PictureEvaluator, ScoreTarget, SurfaceEvaluator};
 use crate::lighting::genome::Genome;
-use crate::lighting::start;
 use crate::math::frame::Frame;
 use crate::objective::maps::Maps;
 use crate::scene::view::View;

@@ -7,6 +7,7 @@
 
 pub mod camera;
 pub mod context;
+pub mod design;
 pub mod designer;
 pub mod device;
 mod edge;

@@ -1,15 +1,15 @@
 //! All settings of a run: the defaults, what a TOML file changes, and their checks.
 //! `docs/CONFIGURATION.md` is the reference.
 
+use super::optimizer::OptimizerName;
 use super::values::{Device, Lights, Size};
 use crate::error::within;
 use crate::gpu::PipelineKind;
 use crate::lighting::LightKind;
 use crate::lighting::genome::{Boxes, Genome};
 use crate::lighting::shading::Shading;
-use crate::lighting::start::StartSettings;
 use crate::objective::Objective;
-use crate::optimize::{DescentSettings, GeneticSettings};
+use crate::optimize::{self, GeneticSettings, GreedySettings, StartSettings};
 use crate::scene::load::FileAccess;
 use crate::{Error, Result};
 use clap::ValueEnum;
@@ -43,10 +43,10 @@ pub struct Settings {
     /// Where the search begins.
     pub first: First,
     /// How the lights are searched.
-    pub optimizer: Method,
+    pub optimizer: OptimizerName,
     /// The genetic algorithm.
     pub search: GeneticSettings,
-    /// The greedy descent.
+    /// The greedy descents.
     pub greedy: GreedySettings,
 }
 
@@ -77,18 +77,7 @@ impl Pipeline {
     }
 }
 
-/// How the lights are searched.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Method {
-    /// The genetic algorithm of Ha and Olivier
-    #[default]
-    Ga,
-    /// The steepest descent of Shacked and Lischinski
-    Greedy,
-}
-
-/// The first individual of the genetic algorithm, the first start of the greedy descent.
+/// The first individual of a search.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum First {
@@ -105,37 +94,6 @@ pub enum First {
     LightKit,
     /// The photographer's key, fill and back light
     ThreePoint,
-}
-
-/// Most starts of the greedy descent, whose probes are evaluated together.
-const MAX_STARTS: usize = 1 << 10;
-
-/// The greedy descent and its starts.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GreedySettings {
-    /// Descents side by side: the first from [`Settings::first`], the others from random rigs.
-    pub starts: usize,
-    /// Distance of the probes of a central difference, as a share of each allele's range.
-    pub probe: f32,
-    /// Length of the first step, as such a share.
-    pub step: f32,
-    /// Length of a step below which a descent has ended.
-    pub end: f32,
-}
-
-impl Default for GreedySettings {
-    fn default() -> Self {
-        let DescentSettings { probe, step, end } = DescentSettings::default();
-        Self { starts: 1, probe, step, end }
-    }
-}
-
-impl GreedySettings {
-    /// The descent's own part.
-    pub fn descent(&self) -> DescentSettings {
-        DescentSettings { probe: self.probe, step: self.step, end: self.end }
-    }
 }
 
 /// Picture and camera. Angles in degrees; where any of the four of the framing is given, it takes the
@@ -245,15 +203,12 @@ impl Settings {
         self.view.check()?;
         self.objective.check()?;
         self.shading.check()?;
-        self.start.check()?;
-        let starts = self.greedy.starts;
-        if !(1..=MAX_STARTS).contains(&starts) {
-            return Err(Error::Argument(format!(
-                "greedy.starts is {starts}: it must be 1 to {MAX_STARTS}"
-            )));
-        }
-        self.greedy.descent().check()?;
-        self.search.check()
+        self.optimizers().check()
+    }
+
+    /// The settings of all optimisers.
+    pub fn optimizers(&self) -> optimize::Settings {
+        optimize::Settings { start: self.start, genetic: self.search, greedy: self.greedy }
     }
 }
 

@@ -1,13 +1,13 @@
 //! `klieg design`: the best lights for one scene.
 
-use super::config::{Method, Settings};
+use super::config::Settings;
 use super::designer;
 use super::options::{SceneOptions, SearchOptions, TargetOptions};
 use super::print;
 use super::progress::{self, Interrupt};
 use super::session::Session;
+use crate::design::{Outcome, Progress};
 use crate::lighting::genome::Genome;
-use crate::optimize::{Outcome, Progress};
 use crate::report::Staging;
 use crate::report::json;
 use anyhow::Result;
@@ -78,12 +78,11 @@ fn search(session: &mut Session, genome: &Genome, quiet: bool) -> Result<Outcome
 }
 
 fn progress_bar(settings: &Settings, quiet: bool) -> ProgressBar {
-    match settings.optimizer {
-        Method::Ga => {
+    match (settings.optimizer.0.generations)(&settings.optimizers()) {
+        Some(generations) => {
             let template = "{bar:32} {pos}/{len} generations, {msg}, {eta} left";
-            progress::bar(Some(settings.search.generations as u64), template, quiet)
+            progress::bar(Some(generations as u64), template, quiet)
         }
-        // A descent ends where the ground is level: nobody knows when.
-        Method::Greedy => progress::bar(None, "{spinner} {pos} generations, {msg}", quiet),
+        None => progress::bar(None, "{spinner} {pos} generations, {msg}", quiet),
     }
 }

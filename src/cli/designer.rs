@@ -1,11 +1,11 @@
 //! How a design is made, one or many: the search, and all files that it leaves behind.
 
-use super::config::{First, Method, Settings};
+use super::config::{First, Settings};
 use super::session::{Session, milliseconds, warn};
+use crate::design::{self, Outcome, Progress, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
-use crate::lighting::start::{self, StartSettings};
-use crate::optimize::{self, Descent, Genetic, Optimizer, Outcome, Progress};
+use crate::optimize::{self, Optimizer, Setup};
 use crate::report::html::Sheet;
 use crate::report::json::{self, Design};
 use crate::report::{Staging, csv, picture, plot};
@@ -65,22 +65,12 @@ fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result
 }
 
 /// The search that the settings ask for.
-fn method(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer>> {
-    let Settings { seed, optimizer, start: spread, search, greedy, .. } = session.settings.clone();
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+fn optimizer(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
     let first = first(session, genome, &mut rng)?;
-    let bounds = genome.bounds();
-    Ok(match optimizer {
-        Method::Ga => {
-            let population = start::population(bounds, first, search.population, &spread, &mut rng);
-            Box::new(Genetic::new(bounds, population, search, rng)?)
-        }
-        Method::Greedy => {
-            let uniform = StartSettings { scattered: 0.0, ..spread };
-            let starts = start::population(bounds, first, greedy.starts, &uniform, &mut rng);
-            Box::new(Descent::new(bounds, &starts, greedy.descent())?)
-        }
-    })
+    let (name, settings) = (session.settings.optimizer.0.name, &session.settings.optimizers());
+    let setup = Setup { bounds: genome.bounds(), first, settings, rng };
+    Ok(optimize::create(name, setup)?)
 }
 
 /// Searches the lights, `observe` being called after every generation.
@@ -93,25 +83,16 @@ pub(super) fn search(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Outcome> {
     let start = Instant::now();
-    let mut search = method(session, genome)?;
-    let outcome = optimize::run(&mut *search, genome, &mut *session.evaluator, observe)?;
+    let mut search = optimizer(session, genome)?;
+    let outcome = design::run(&mut *search, genome, &mut *session.evaluator, observe)?;
     session.timing.search = milliseconds(start);
     Ok(outcome)
 }
 
 /// The search's settings in words.
 fn in_words(settings: &Settings) -> String {
-    let Settings { seed, search, greedy, .. } = settings;
-    match settings.optimizer {
-        Method::Ga => format!(
-            "seed {seed}, population {}, elitism {:.0} %, crossover {:.0} %, mutation {:.0} %",
-            search.population,
-            100.0 * search.elitism,
-            100.0 * search.crossover,
-            100.0 * search.mutation,
-        ),
-        Method::Greedy => format!("seed {seed}, greedy descents from {} starts", greedy.starts),
-    }
+    let words = (settings.optimizer.0.words)(&settings.optimizers());
+    format!("seed {}, {words}", settings.seed)
 }
 
 /// Writes all files of a design; gives the content of `result.json`, the last of them.

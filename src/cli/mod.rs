@@ -8,6 +8,7 @@ mod design;
 mod designer;
 mod device;
 mod devices;
+pub mod optimizer;
 mod options;
 mod paper;
 mod print;

@@ -1,6 +1,7 @@
 //! Options that several subcommands share, and how they change the settings.
 
-use super::config::{CameraKey, First, Method, Pipeline, Settings, ViewSettings};
+use super::config::{CameraKey, First, Pipeline, Settings, ViewSettings};
+use super::optimizer::OptimizerName;
 use super::values::{Device, Lights, Size, Weights};
 use crate::Result;
 use crate::lighting::LightKind;
@@ -85,8 +86,8 @@ pub(super) struct SearchOptions {
     #[arg(long, value_name = "N")]
     generations: Option<usize>,
     /// How the lights are searched [default: ga]
-    #[arg(long)]
-    optimizer: Option<Method>,
+    #[arg(long, value_name = "NAME", value_parser = OptimizerName::parser())]
+    optimizer: Option<OptimizerName>,
     /// Where the search begins [default: k-means]
     #[arg(long, value_name = "RIG")]
     first: Option<First>,

@@ -4,16 +4,16 @@ use super::options::TargetOptions;
 use super::print;
 use super::progress::Watch;
 use super::session::Session;
-use super::study::search_settings;
 use super::values::Size;
 use crate::cli::config::Settings;
 use crate::lighting::Role;
 use crate::lighting::genome::Genome;
+use crate::optimize;
 use crate::report::exhibit::{contest as contests, landscape as landscapes, starts as descents};
 use crate::report::paper::{self, Paper, SceneExhibits, SceneFigures, ViewFigures};
 use crate::report::{Staging, json, picture};
 use crate::study::landscape::Grid;
-use crate::study::{Method, SearchSettings, contest, landscape, seeds, starts};
+use crate::study::{contest, landscape, seeds, starts};
 use anyhow::{Context, Result};
 use clap::Args;
 use std::path::PathBuf;
@@ -54,7 +54,7 @@ pub(super) struct Options {
 /// How much is run.
 struct Plan {
     settings: Settings,
-    searches: SearchSettings,
+    searches: optimize::Settings,
     grid: Grid,
     runs: usize,
 }
@@ -72,14 +72,14 @@ impl Options {
         settings.view.size.get_or_insert(Size([side; 2]));
         let runs = self.runs.unwrap_or(runs);
         seeds(self.seed, runs)?;
-        Ok(Plan { searches: search_settings(&settings), settings, grid, runs })
+        Ok(Plan { searches: settings.optimizers(), settings, grid, runs })
     }
 }
 
 impl Plan {
     /// Evaluations that are known beforehand.
     fn evaluations(&self) -> usize {
-        let searches = Method::ALL.len() * self.runs * self.searches.budget();
+        let searches = contest::SEARCHES.len() * self.runs * self.searches.genetic.budget();
         SCENES.len() * (self.grid.columns * self.grid.rows + searches)
     }
 }
@@ -157,12 +157,13 @@ fn exhibit(
     watch.stage(format!("{name}: descents"));
     let begin = starts::quarters(&position, seed);
     // Nobody knows beforehand how many evaluations these take; they are few.
-    let paths = starts::run(subject, &position, &begin, searches.descent, &mut |_| watch.check())?;
+    let paths =
+        starts::run(subject, &position, &begin, searches.greedy.descent(), &mut |_| watch.check())?;
     watch.stage(format!("{name}: searches"));
     let runs = (seed, plan.runs);
-    let contest = contest::run(subject, &genome, searches, runs, &Method::ALL, made)?;
+    let contest = contest::run(subject, &genome, searches, runs, &contest::SEARCHES, made)?;
     watch.stage(format!("{name}: pictures"));
-    let sizes = searches.generation_sizes();
+    let sizes = searches.genetic.generation_sizes();
     Ok(SceneExhibits {
         name,
         view,

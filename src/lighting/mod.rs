@@ -4,7 +4,6 @@ pub mod clusters;
 pub mod genome;
 pub mod presets;
 pub mod shading;
-pub mod start;
 
 use crate::constants;
 use crate::math::frame::Frame;

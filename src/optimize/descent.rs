@@ -2,12 +2,72 @@
 //! starts, on alleles scaled to 0..1. All probes of a step, and those of all starts, are asked for
 //! together.
 
-use super::Optimizer;
+use super::start::{StartSettings, population};
+use super::{Best, Entry, Optimizer, Setup};
 use crate::math::range::Range;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// Settings of the descent, in shares of each allele's range. The numbers are our reconstruction.
+/// Its name in settings.
+pub const NAME: &str = "greedy";
+
+pub(super) const ENTRY: Entry = Entry {
+    name: NAME,
+    title: "greedy descents",
+    description: "The steepest descent of Shacked and Lischinski, from one or more starts",
+    new: |Setup { bounds, first, settings, mut rng }| {
+        let uniform = StartSettings { scattered: 0.0, ..settings.start };
+        let starts = population(bounds, first, settings.greedy.starts, &uniform, &mut rng);
+        Ok(Box::new(Descent::new(bounds, &starts, settings.greedy.descent())?))
+    },
+    generations: |_| None,
+    words: |settings| format!("greedy descents from {} starts", settings.greedy.starts),
+};
+
+/// Most starts, whose probes are evaluated together.
+const MAX_STARTS: usize = 1 << 10;
+
+/// The greedy search as settings name it: its starts, and its descents.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GreedySettings {
+    /// Descents side by side, 1 to 1024: the first from the first individual, the others from uniform
+    /// random ones.
+    pub starts: usize,
+    /// Distance of the probes of a central difference, as a share of each allele's range.
+    pub probe: f32,
+    /// Length of the first step, as such a share.
+    pub step: f32,
+    /// Length of a step below which a descent has ended.
+    pub end: f32,
+}
+
+impl Default for GreedySettings {
+    fn default() -> Self {
+        let DescentSettings { probe, step, end } = DescentSettings::default();
+        Self { starts: 1, probe, step, end }
+    }
+}
+
+impl GreedySettings {
+    /// The descents' own part.
+    pub fn descent(&self) -> DescentSettings {
+        DescentSettings { probe: self.probe, step: self.step, end: self.end }
+    }
+
+    /// # Errors
+    /// [`Error::Argument`] for a setting out of its range.
+    pub fn check(&self) -> Result<()> {
+        let starts = self.starts;
+        if !(1..=MAX_STARTS).contains(&starts) {
+            let fault = format!("greedy.starts is {starts}: it must be 1 to {MAX_STARTS}");
+            return Err(Error::Argument(fault));
+        }
+        self.descent().check()
+    }
+}
+
+/// Settings of a descent, in shares of each allele's range. The numbers are our reconstruction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DescentSettings {
@@ -50,6 +110,8 @@ pub struct Descent {
     asked: Vec<Vec<f32>>,
     /// Current score of each walker.
     scores: Vec<f32>,
+    /// Of all that was scored: a probe may lie below the place where its walker stands.
+    best: Best,
 }
 
 /// One descent.
@@ -86,6 +148,15 @@ impl Descent {
         if starts.is_empty() {
             return Err(Error::Argument("a descent needs a start".into()));
         }
+        Ok(Self::begin(bounds.to_vec(), starts.to_vec(), settings))
+    }
+
+    /// As [`Descent::new`], with settings that have passed their check.
+    pub(super) fn begin(
+        bounds: Vec<Range>,
+        starts: Vec<Vec<f32>>,
+        settings: DescentSettings,
+    ) -> Self {
         let scaled = |chromosome: &Vec<f32>| {
             bounds.iter().zip(chromosome).map(|(range, &value)| range.share(value)).collect()
         };
@@ -98,7 +169,7 @@ impl Descent {
         };
         let walkers: Vec<_> = starts.iter().map(walker).collect();
         let scores = vec![f32::INFINITY; walkers.len()];
-        Ok(Self { settings, bounds: bounds.to_vec(), walkers, asked: starts.to_vec(), scores })
+        Self { settings, bounds, walkers, asked: starts, scores, best: Best::default() }
     }
 
     /// Where each descent stands and its score, in the order of the starts.
@@ -185,12 +256,19 @@ impl Walker {
 }
 
 impl Optimizer for Descent {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
     fn ask(&self) -> &[Vec<f32>] {
         &self.asked
     }
 
     fn tell(&mut self, scores: &[f32]) {
         let asked = std::mem::take(&mut self.asked);
+        for (chromosome, &score) in asked.iter().zip(scores) {
+            self.best.offer(chromosome, score);
+        }
         let alleles = self.bounds.len();
         let mut from = 0;
         for walker in &mut self.walkers {
@@ -208,12 +286,22 @@ impl Optimizer for Descent {
     }
 
     fn best(&self) -> Option<(&[f32], f32)> {
-        let scored = self.positions().filter(|(_, score)| *score < f32::INFINITY);
-        scored.min_by(|a, b| a.1.total_cmp(&b.1))
+        self.best.get()
     }
 
     fn scores(&self) -> &[f32] {
         &self.scores
+    }
+
+    /// Every descent begins anew where it stands.
+    fn renew(&mut self, change: &dyn Fn(&[f32]) -> Vec<f32>) {
+        let walkers = std::mem::take(&mut self.walkers);
+        let starts = walkers.iter().map(|walker| change(&walker.chromosome)).collect();
+        *self = Self::begin(std::mem::take(&mut self.bounds), starts, self.settings);
+    }
+
+    fn boxed(&self) -> Box<dyn Optimizer> {
+        Box::new(self.clone())
     }
 }
 
@@ -270,7 +358,8 @@ mod tests {
         }
         let ends: Vec<f32> = search.positions().map(|(x, _)| x[0]).collect();
         assert!((ends[0] + 1.01).abs() < 0.01 && (ends[1] - 0.987).abs() < 0.01, "{ends:?}");
-        assert_eq!(search.best().unwrap().0, [ends[0]]);
+        let best = search.best().unwrap().0[0];
+        assert!((best - ends[0]).abs() <= 0.005 * 4.0, "{best}");
     }
 
     #[test]

@@ -2,12 +2,36 @@
 //! tournament, crossover 80 %, mutation 20 %. A value that leaves its box is drawn again, never
 //! clamped.
 
-use super::Optimizer;
+use super::start::population;
+use super::{Best, Entry, Optimizer, Setup};
 use crate::math::range::Range;
 use crate::{Error, Result};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
+
+/// Its name in settings.
+pub const NAME: &str = "ga";
+
+pub(super) const ENTRY: Entry = Entry {
+    name: NAME,
+    title: "genetic algorithm",
+    description: "The genetic algorithm of Ha and Olivier",
+    new: |Setup { bounds, first, settings, mut rng }| {
+        let genetic = settings.genetic;
+        let start = population(bounds, first, genetic.population, &settings.start, &mut rng);
+        Ok(Box::new(Genetic::new(bounds, start, genetic, rng)?))
+    },
+    generations: |settings| Some(settings.genetic.generations),
+    words: |settings| {
+        let GeneticSettings { population, elitism, crossover, mutation, .. } = settings.genetic;
+        let [elitism, crossover, mutation] = [elitism, crossover, mutation].map(|x| 100.0 * x);
+        format!(
+            "population {population}, elitism {elitism:.0} %, crossover {crossover:.0} %, \
+             mutation {mutation:.0} %"
+        )
+    },
+};
 
 /// Most individuals of a generation: what bounds memory on the host and on the device.
 pub const MAX_POPULATION: usize = 1 << 17;
@@ -18,7 +42,7 @@ pub const MAX_POPULATION: usize = 1 << 17;
 pub struct GeneticSettings {
     /// Individuals, 2 to [`MAX_POPULATION`].
     pub population: usize,
-    /// Generations, the first population included; counted anew from a [`Genetic::renew`].
+    /// Generations, the first population included; counted anew from a [`Optimizer::renew`].
     pub generations: usize,
     /// Share of the population, the best, that is copied with its scores.
     pub elitism: f32,
@@ -61,6 +85,17 @@ impl GeneticSettings {
         ((self.population as f32 * self.elitism).round() as usize).min(self.population - 1)
     }
 
+    /// Evaluations of the first generation, and of each later one.
+    pub fn generation_sizes(&self) -> (usize, usize) {
+        (self.population, self.population - self.elites())
+    }
+
+    /// Evaluations of a whole search.
+    pub fn budget(&self) -> usize {
+        let (first, later) = self.generation_sizes();
+        later.saturating_mul(self.generations - 1).saturating_add(first)
+    }
+
     /// # Errors
     /// [`Error::Argument`] for a setting out of its range.
     pub fn check(&self) -> Result<()> {
@@ -98,11 +133,12 @@ pub struct Genetic {
     /// Scored individuals, the best first.
     population: Vec<Vec<f32>>,
     scores: Vec<f32>,
+    best: Best,
     /// Individuals that wait for their scores.
     asked: Vec<Vec<f32>>,
     /// Generations since the start, or since the scores were last renewed.
     generation: usize,
-    /// The one of them that the best individual is from.
+    /// The one of them that the best individual so far is from.
     improved: usize,
 }
 
@@ -128,6 +164,7 @@ impl Genetic {
             rng,
             population: Vec::new(),
             scores: Vec::new(),
+            best: Best::default(),
             asked: start,
             generation: 0,
             improved: 0,
@@ -137,17 +174,6 @@ impl Genetic {
     /// All scored individuals, the best first.
     pub fn population(&self) -> &[Vec<f32>] {
         &self.population
-    }
-
-    /// Forgets all scores, as they hold no more, and asks for the whole present generation: the
-    /// elites and those that wait for their scores, or everyone of a finished search, each passed
-    /// through `change`, which must stay inside the bounds. A finished search goes on.
-    pub fn renew(&mut self, change: impl Fn(Vec<f32>) -> Vec<f32>) {
-        self.population.truncate(self.settings.population - self.asked.len());
-        let all = self.population.drain(..).chain(self.asked.drain(..));
-        self.asked = all.map(change).collect();
-        self.scores.clear();
-        (self.generation, self.improved) = (0, 0);
     }
 
     fn finished(&self) -> bool {
@@ -183,20 +209,29 @@ impl Genetic {
 }
 
 impl Optimizer for Genetic {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
     fn ask(&self) -> &[Vec<f32>] {
         &self.asked
     }
 
     fn tell(&mut self, scores: &[f32]) {
-        let before = self.scores.first().copied();
+        let mut improved = false;
+        for (individual, &score) in self.asked.iter().zip(scores) {
+            improved |= self.best.offer(individual, score);
+        }
         let elites = self.settings.elites().min(self.population.len());
         let kept = self.population.drain(..elites).zip(self.scores.drain(..elites));
         let mut all: Vec<_> =
             kept.chain(self.asked.drain(..).zip(scores.iter().copied())).collect();
-        all.sort_by(|a, b| a.1.total_cmp(&b.1));
+        // What is not a number goes last, whatever its sign.
+        let order = |a: f32, b: f32| a.is_nan().cmp(&b.is_nan()).then(a.total_cmp(&b));
+        all.sort_by(|a, b| order(a.1, b.1));
         (self.population, self.scores) = all.into_iter().unzip();
         self.generation += 1;
-        if before.is_none_or(|before| self.scores[0] < before) {
+        if improved {
             self.improved = self.generation;
         }
         if !self.finished() {
@@ -206,18 +241,31 @@ impl Optimizer for Genetic {
     }
 
     fn best(&self) -> Option<(&[f32], f32)> {
-        Some((self.population.first()?, *self.scores.first()?))
+        self.best.get()
     }
 
     fn scores(&self) -> &[f32] {
         &self.scores
+    }
+
+    /// Asks for the elites and those that wait for their scores, or for everyone of an ended search.
+    fn renew(&mut self, change: &dyn Fn(&[f32]) -> Vec<f32>) {
+        self.population.truncate(self.settings.population - self.asked.len());
+        let all = self.population.drain(..).chain(self.asked.drain(..));
+        self.asked = all.map(|individual| change(&individual)).collect();
+        self.scores.clear();
+        self.best = Best::default();
+        (self.generation, self.improved) = (0, 0);
+    }
+
+    fn boxed(&self) -> Box<dyn Optimizer> {
+        Box::new(self.clone())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lighting::start;
     use proptest::prelude::*;
     use rand::SeedableRng;
 
@@ -229,8 +277,7 @@ mod tests {
     fn search(bounds: &[Range], settings: GeneticSettings, seed: u64) -> Genetic {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let first = bounds.iter().map(Range::middle).collect();
-        let start =
-            start::population(bounds, first, settings.population, &Default::default(), &mut rng);
+        let start = population(bounds, first, settings.population, &Default::default(), &mut rng);
         Genetic::new(bounds, start, settings, rng).unwrap()
     }
 
@@ -269,7 +316,7 @@ mod tests {
                 evaluated += search.ask().len();
                 step(&mut search);
                 prop_assert_eq!(search.population().len(), settings.population);
-                if settings.elites() > 0 && let Some(best) = best {
+                if let Some(best) = best {
                     prop_assert!(search.best().unwrap().1 <= best);
                 }
                 // An elite may fall in rank, but it was there to compete: only better ones precede.
@@ -313,15 +360,6 @@ mod tests {
             generations += 1;
         }
         assert_eq!(generations, 6);
-    }
-
-    #[test]
-    fn not_a_number_never_becomes_the_best() {
-        let mut search = search(&[Range::new(0.0, 1.0)], GeneticSettings::default(), 0);
-        let mut scores = vec![f32::NAN; 30];
-        scores[17] = 0.9;
-        search.tell(&scores);
-        assert_eq!(search.best().unwrap().1, 0.9);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The course of a search as a table.
 
-use crate::optimize::Progress;
+use crate::design::Progress;
 
 /// `generation,evaluations,best,mean,worst`, one row a generation.
 ///

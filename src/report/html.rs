@@ -3,9 +3,9 @@
 
 use super::json::Design;
 use super::{picture, plot};
+use crate::design::Progress;
 use crate::lighting::{Light, LightKind};
 use crate::objective::Term;
-use crate::optimize::Progress;
 use anyhow::{Context, Result, anyhow};
 use image::RgbImage;
 use minijinja::value::Serde;

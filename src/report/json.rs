@@ -1,9 +1,9 @@
 //! Results for other programs. `docs/RESULT.md` is the reference of the schemas.
 
+use crate::design::Outcome;
 use crate::evaluate::{DeviceInfo, Inspection};
 use crate::lighting::{Light, LightKind, Role};
 use crate::objective::{Objective, Quality, Terms};
-use crate::optimize::Outcome;
 use crate::scene::Scene;
 use crate::scene::view::{Projection, View};
 use glam::DVec3;

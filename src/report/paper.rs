@@ -1,12 +1,11 @@
 //! The paper's figures, made anew: one self-contained page, and the figures behind it as JSON. What
 //! the page claims is tested: each claim of the paper stands beside what was measured.
 
-use super::exhibit::contest::{Courses, Pairs};
+use super::exhibit::contest::{Courses, GENETIC, Pairs};
 use super::exhibit::{Exhibit, landscape, starts};
 use super::json::ObjectiveRecord;
 use super::{html, picture};
 use crate::evaluate::DeviceInfo;
-use crate::study::Method;
 use anyhow::{Context, Result, anyhow};
 use image::RgbImage;
 use minijinja::value::Serde;
@@ -216,7 +215,7 @@ pub fn claims(scenes: &[SceneFigures]) -> Vec<Claim> {
 
 fn converges(scene: &SceneFigures) -> bool {
     let courses = &scene.convergence;
-    let genetic = courses.methods.iter().find(|course| course.method == Method::Genetic);
+    let genetic = courses.methods.iter().find(|course| course.method == GENETIC);
     genetic.is_some_and(|course| 4 * course.settled <= 3 * courses.budget)
 }
 

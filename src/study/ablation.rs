@@ -2,14 +2,15 @@
 //! threshold changed at a time, and what it finds is measured by the unchanged function.
 
 use super::statistics::median_index;
-use super::{Observe, SearchSettings, Subject, seeds};
+use super::{Observe, Subject, seeds};
 use crate::Result;
+use crate::design::race;
 use crate::evaluate::{Evaluator, Inspection};
 use crate::lighting::Rig;
 use crate::lighting::genome::Genome;
 use crate::objective::maps::PixelType;
 use crate::objective::{Objective, Term};
-use crate::optimize::{Optimizer, race};
+use crate::optimize::{Settings, genetic};
 
 /// A quality function with one number changed.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,13 +95,13 @@ pub type MakeEvaluator<'a> = dyn FnMut(&Objective) -> Result<Box<dyn Evaluator>>
 pub fn run(
     subject: &mut Subject,
     genome: &Genome,
-    (base, settings): (&Objective, &SearchSettings),
+    (base, settings): (&Objective, &Settings),
     (seed, runs): (u64, usize),
     make: &mut MakeEvaluator,
     observe: &mut Observe,
 ) -> Result<Vec<Effect>> {
     let seeds = seeds(seed, runs)?;
-    settings.genetic.check()?;
+    settings.check()?;
     let beginnings = subject.beginnings(genome, &seeds)?;
     let types = subject.evaluator.maps()?.types.clone();
     let mut unchanged: Vec<Vec<f32>> = Vec::new();
@@ -109,11 +110,10 @@ pub fn run(
         let mut evaluator = make(&variant.objective)?;
         let mut searches = Vec::new();
         for beginning in &beginnings {
-            searches.push(beginning.clone().genetic(genome, settings)?);
+            searches.push(beginning.clone().search(genetic::NAME, genome, settings)?);
         }
-        let mut borrowed: Vec<_> = searches.iter_mut().map(|s| s as &mut dyn Optimizer).collect();
-        let budget = settings.budget();
-        let courses = race(&mut borrowed, budget, genome, &mut *evaluator, observe)?;
+        let budget = settings.genetic.budget();
+        let courses = race(&mut searches, budget, genome, &mut *evaluator, observe)?;
         let rigs: Vec<Rig> =
             courses.iter().map(|course| genome.decode(&course.chromosome)).collect();
         let mut inspections =

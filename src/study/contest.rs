@@ -2,41 +2,45 @@
 //! figures 8 and 12).
 
 use super::statistics::{Quartiles, wilcoxon};
-use super::{Method, Observe, Search, SearchSettings, Subject, seeds};
+use super::{Observe, Subject, seeds};
 use crate::Result;
+use crate::design::{Course, race};
 use crate::lighting::genome::Genome;
-use crate::optimize::{Course, race};
+use crate::optimize::{Entry, Settings, find, genetic, random, restarts};
 
-/// All runs of one method, in the order of the seeds.
+/// The searches that the paper's figures compare, by name.
+pub const SEARCHES: [&str; 3] = [genetic::NAME, restarts::NAME, random::NAME];
+
+/// All runs of one optimiser, in the order of the seeds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contestant {
-    /// The method.
-    pub method: Method,
+    /// The optimiser.
+    pub optimizer: &'static Entry,
     /// A course for each seed.
     pub courses: Vec<Course>,
-    /// For each seed, where the descents of a greedy search ended that came to their end.
-    pub ends: Vec<Vec<f32>>,
+    /// For each seed, the scores of the local minima that it left for a new start.
+    pub minima: Vec<Vec<f32>>,
 }
 
-/// Several methods, run with the same seeds and budgets.
+/// Several optimisers, run with the same seeds and budgets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contest {
     /// Evaluations of every run.
     pub budget: usize,
     /// The first seed; each further run has the next.
     pub seed: u64,
-    /// The methods.
+    /// The optimisers.
     pub contestants: Vec<Contestant>,
 }
 
-/// The scores of two methods, paired by seed.
+/// The scores of two optimisers, paired by seed.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Comparison {
-    /// Share of the runs in which the first method ended lower.
+    /// Share of the runs in which the first one ended lower.
     pub won: f64,
     /// Share of the runs in which both ended alike.
     pub tied: f64,
-    /// Median of the first method's score less the second's.
+    /// Median of the first one's score less the second's.
     pub median_difference: f32,
     /// Two-sided p-value of the Wilcoxon signed-rank test.
     pub p_value: f64,
@@ -69,36 +73,36 @@ impl Contestant {
     }
 }
 
-/// Runs all methods side by side.
+/// Runs the optimisers of these names side by side.
 ///
 /// # Errors
-/// [`crate::Error::Argument`] for settings or a number of runs out of range,
+/// [`crate::Error::Argument`] for an unknown name, settings or a number of runs out of range,
 /// [`crate::Error::Interrupted`], and what the evaluator reports.
 pub fn run(
     subject: &mut Subject,
     genome: &Genome,
-    settings: &SearchSettings,
+    settings: &Settings,
     (seed, runs): (u64, usize),
-    methods: &[Method],
+    optimizers: &[&str],
     observe: &mut Observe,
 ) -> Result<Contest> {
     let seeds = seeds(seed, runs)?;
-    settings.genetic.check()?;
-    let budget = settings.budget();
+    settings.check()?;
+    let entries: Vec<_> = optimizers.iter().map(|name| find(name)).collect::<Result<_>>()?;
+    let budget = settings.genetic.budget();
     let beginnings = subject.beginnings(genome, &seeds)?;
     let mut searches = Vec::new();
-    for &method in methods {
+    for entry in &entries {
         for beginning in &beginnings {
-            searches.push(beginning.clone().search(method, genome, settings)?);
+            searches.push(beginning.clone().search(entry.name, genome, settings)?);
         }
     }
-    let mut optimizers: Vec<_> = searches.iter_mut().map(Search::optimizer).collect();
-    let courses = race(&mut optimizers, budget, genome, subject.evaluator, observe)?;
-    let contestant = |(&method, (courses, searches)): (&Method, (&[Course], &[Search]))| {
-        let ends = searches.iter().map(Search::ends).collect();
-        Contestant { method, courses: courses.to_vec(), ends }
+    let courses = race(&mut searches, budget, genome, subject.evaluator, observe)?;
+    let contestant = |(number, optimizer): (usize, &'static Entry)| {
+        let own = number * runs..(number + 1) * runs;
+        let minima = searches[own.clone()].iter().map(|search| search.minima().to_vec()).collect();
+        Contestant { optimizer, courses: courses[own].to_vec(), minima }
     };
-    let runs_of_each = courses.chunks(runs).zip(searches.chunks(runs));
-    let contestants = methods.iter().zip(runs_of_each).map(contestant).collect();
+    let contestants = entries.into_iter().enumerate().map(contestant).collect();
     Ok(Contest { budget, seed, contestants })
 }

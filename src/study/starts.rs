@@ -2,11 +2,12 @@
 //! figures 1 to 4): where a descent ends depends on where it begins.
 
 use super::{Observe, Subject};
+use crate::design::Batch;
 use crate::lighting::Light;
 use crate::lighting::genome::{Boxes, Genome};
 use crate::lighting::{LightKind, Role};
 use crate::math::range::Range;
-use crate::optimize::{Batch, Descent, DescentSettings, Optimizer};
+use crate::optimize::{Descent, DescentSettings, Optimizer};
 use crate::{Error, Result};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -68,7 +69,7 @@ pub fn run(
     let mut paths = vec![Path { lights: Vec::new(), scores: Vec::new() }; starts.len()];
     let mut batch = Batch::new(genome)?;
     while !search.ask().is_empty() {
-        batch.fill(search.ask());
+        batch.fill(&search)?;
         let scores = batch.evaluate(subject.evaluator)?;
         let evaluations = scores.len();
         search.tell(scores);

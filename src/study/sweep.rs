@@ -2,10 +2,11 @@
 //! the paper's 30 individuals, 10 % elitism, 80 % crossover and 20 % mutation hold up on a scene.
 
 use super::contest::Comparison;
-use super::{Observe, SearchSettings, Subject, seeds};
+use super::{Observe, Subject, seeds};
 use crate::Result;
+use crate::design::{Course, race};
 use crate::lighting::genome::Genome;
-use crate::optimize::{Course, Genetic, GeneticSettings, Optimizer, race};
+use crate::optimize::{GeneticSettings, Settings, genetic};
 
 /// A setting that is swept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -119,13 +120,13 @@ fn changes(standard: &GeneticSettings) -> Vec<(Parameter, f32, bool)> {
 pub fn run(
     subject: &mut Subject,
     genome: &Genome,
-    settings: &SearchSettings,
+    settings: &Settings,
     (seed, runs): (u64, usize),
     observe: &mut Observe,
 ) -> Result<Sweep> {
     let seeds = seeds(seed, runs)?;
-    settings.genetic.check()?;
-    let budget = settings.budget();
+    settings.check()?;
+    let budget = settings.genetic.budget();
     let standard = settings.genetic;
     let changes = changes(&standard);
     let beginnings = subject.beginnings(genome, &seeds)?;
@@ -136,15 +137,14 @@ pub fn run(
         parameter.set(&mut variant, value);
         variants.push(variant);
     }
-    let mut searches: Vec<Genetic> = Vec::new();
+    let mut searches = Vec::new();
     for genetic in variants {
-        let settings = SearchSettings { genetic, ..*settings };
+        let settings = Settings { genetic, ..*settings };
         for beginning in &beginnings {
-            searches.push(beginning.clone().genetic(genome, &settings)?);
+            searches.push(beginning.clone().search(genetic::NAME, genome, &settings)?);
         }
     }
-    let mut borrowed: Vec<_> = searches.iter_mut().map(|s| s as &mut dyn Optimizer).collect();
-    let courses = race(&mut borrowed, budget, genome, subject.evaluator, observe)?;
+    let courses = race(&mut searches, budget, genome, subject.evaluator, observe)?;
     let scores = courses.chunks(runs).map(|runs| runs.iter().map(Course::score).collect());
     let scores: Vec<Vec<f32>> = scores.collect();
     let mut changed = scores[1..].iter();

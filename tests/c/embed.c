@@ -153,6 +153,23 @@ static void search(klieg_evaluator *evaluator) {
     EXPECT(rigs == COUNT(scores));
     klieg_designer_destroy(designer);
     klieg_designer_destroy(other);
+
+    /* Any other optimizer, by its name. */
+    const char *const names[] = {"ga", "greedy", "restarts", "random"};
+    for (size_t i = 0; i < COUNT(names); i++) {
+        design.optimizer = names[i];
+        CHECK(NULL, klieg_designer_create(&design, &other));
+        CHECK(other, klieg_designer_advance(other, evaluator, 3, &told));
+        EXPECT(told.generation == 3);
+        CHECK(other, klieg_designer_follow(other, &frame, &turned));
+        CHECK(other, klieg_designer_advance(other, evaluator, 1, NULL));
+        CHECK(other, klieg_designer_best(other, best, design.lights, &score));
+        klieg_designer_destroy(other);
+    }
+    design.greedy_starts = 0;
+    REFUSE(NULL, klieg_designer_create(&design, &other), KLIEG_ERROR_ARGUMENT, "greedy.starts");
+    design.optimizer = "annealing";
+    REFUSE(NULL, klieg_designer_create(&design, &other), KLIEG_ERROR_ARGUMENT, "restarts");
 }
 
 /* What is wrong is told, and nothing breaks. */

@@ -13,7 +13,7 @@ use super::progress::{self, Interrupt};
 use super::session::{self, Loaded, Session, milliseconds};
 use super::{describe, print};
 use crate::Error;
-use crate::optimize::Progress;
+use crate::design::Progress;
 use crate::report::Staging;
 use crate::scene::load::FileAccess;
 use anyhow::{Context, Result};

@@ -3,8 +3,6 @@
 mod positions;
 mod searches;
 
-pub(super) use searches::search_settings;
-
 use super::config::Settings;
 use super::options::{Kind, SceneOptions, TargetOptions};
 use super::print;

@@ -3,15 +3,17 @@
 
 use super::Common;
 use crate::cli::config::Settings;
+use crate::cli::optimizer::OptimizerName;
 use crate::cli::print;
 use crate::cli::progress::Watch;
 use crate::cli::session::{self, Session};
 use crate::cli::values::Lights;
 use crate::lighting::genome::Genome;
+use crate::optimize::{self, genetic, restarts};
 use crate::report::Staging;
 use crate::report::exhibit;
-use crate::study::contest::{self, Contest};
-use crate::study::{Method, SearchSettings, ablation as ablations, sweep as sweeps};
+use crate::study::contest::{self, Contest, SEARCHES};
+use crate::study::{ablation as ablations, sweep as sweeps};
 use anyhow::Result;
 use clap::Args;
 
@@ -38,12 +40,15 @@ struct SearchOptions {
 /// How searches converge
 ///
 /// The best F after every generation of the genetic algorithm, and after as many evaluations of
-/// greedy descents with restarts and of uniform random search: means and quartiles over the runs
-/// (figure 8 of the paper).
+/// greedy descents with restarts and of uniform random search, or of other optimizers: means and
+/// quartiles over the runs (figure 8 of the paper).
 #[derive(Debug, Args)]
 pub(super) struct ConvergenceOptions {
     #[command(flatten)]
     search: SearchOptions,
+    /// The optimizers, one or several with commas between [default: ga,restarts,random]
+    #[arg(long = "optimizers", value_name = "NAMES", value_delimiter = ',', value_parser = OptimizerName::parser())]
+    optimizers: Vec<OptimizerName>,
 }
 
 /// The genetic algorithm against greedy descents
@@ -80,7 +85,7 @@ struct Study {
     session: Session,
     staging: Staging,
     genome: Genome,
-    settings: SearchSettings,
+    settings: optimize::Settings,
     /// First seed, and runs.
     runs: (u64, usize),
 }
@@ -97,42 +102,35 @@ impl SearchOptions {
         crate::study::seeds(settings.seed, self.runs)?;
         let lights = &settings.lights;
         let genome = Genome::new(&lights.roles.0, lights.kind, &lights.boxes)?;
-        let (seed, searches) = (settings.seed, search_settings(&settings));
+        let (seed, searches) = (settings.seed, settings.optimizers());
         let (session, staging) = self.common.open(settings)?;
         Ok(Study { session, staging, genome, settings: searches, runs: (seed, self.runs) })
     }
 
-    fn watch(&self, searches: usize, settings: &SearchSettings) -> Result<Watch> {
-        let total = settings.budget().saturating_mul(searches) as u64;
+    fn watch(&self, searches: usize, settings: &optimize::Settings) -> Result<Watch> {
+        let total = settings.genetic.budget().saturating_mul(searches) as u64;
         Watch::new(Some(total), self.common.scene.json)
     }
 
-    fn contest(&self, study: &mut Study, methods: &[Method]) -> Result<Contest> {
-        let watch = self.watch(methods.len() * self.runs, &study.settings)?;
+    fn contest(&self, study: &mut Study, optimizers: &[&str]) -> Result<Contest> {
+        let watch = self.watch(optimizers.len() * self.runs, &study.settings)?;
         watch.stage("searches");
         let subject = &mut study.session.subject();
         let made = &mut |evaluations| watch.made(evaluations);
-        Ok(contest::run(subject, &study.genome, &study.settings, study.runs, methods, made)?)
-    }
-}
-
-/// The settings of searches.
-pub(in crate::cli) fn search_settings(settings: &Settings) -> SearchSettings {
-    SearchSettings {
-        start: settings.start,
-        genetic: settings.search,
-        descent: settings.greedy.descent(),
+        Ok(contest::run(subject, &study.genome, &study.settings, study.runs, optimizers, made)?)
     }
 }
 
 pub(super) fn convergence(options: &ConvergenceOptions) -> Result<()> {
     let search = &options.search;
     let mut study = search.open()?;
-    let contest = search.contest(&mut study, &Method::ALL)?;
+    let chosen: Vec<_> = options.optimizers.iter().map(|OptimizerName(entry)| entry.name).collect();
+    let optimizers = if chosen.is_empty() { &SEARCHES[..] } else { &chosen };
+    let contest = search.contest(&mut study, optimizers)?;
     let Study { mut session, staging, genome, settings, .. } = study;
     let exhibit = exhibit::contest::convergence(
         &contest,
-        settings.generation_sizes(),
+        settings.genetic.generation_sizes(),
         &genome,
         &mut session,
     )?;
@@ -140,7 +138,7 @@ pub(super) fn convergence(options: &ConvergenceOptions) -> Result<()> {
     for method in &exhibit.data.methods {
         let last = method.last;
         let numbers = [last.median, last.low, last.high].map(|score| format!("{score:.4}"));
-        let name = method.method.name().to_owned();
+        let name = method.title.to_owned();
         table.add_row([name].into_iter().chain(numbers).chain([method.settled.to_string()]));
     }
     let summary = format!("{table}\n");
@@ -150,7 +148,7 @@ pub(super) fn convergence(options: &ConvergenceOptions) -> Result<()> {
 pub(super) fn compare(options: &CompareOptions) -> Result<()> {
     let search = &options.search;
     let mut study = search.open()?;
-    let contest = search.contest(&mut study, &[Method::Genetic, Method::Greedy])?;
+    let contest = search.contest(&mut study, &[genetic::NAME, restarts::NAME])?;
     let Study { mut session, staging, genome, .. } = study;
     let exhibit = exhibit::contest::compare(&contest, &genome, &mut session)?;
     let data = &exhibit.data;

@@ -296,7 +296,7 @@ fn block(surface: &ImportedSurface, camera: &EngineCamera, view: &View) -> Engin
 /// use klieg::gpu::{Context, EngineImage, ScoreTarget, SurfaceEvaluator, SurfaceImages};
 /// use klieg::lighting::shading::Shading;
 /// use klieg::objective::Objective;
-/// use klieg::optimize::Designer;
+/// use klieg::design::Designer;
 /// use klieg::scene::engine::{EngineCamera, SurfaceFormat};
 /// # use std::sync::Arc;
 ///

@@ -3,9 +3,9 @@
 use super::{Exhibit, PLOT, Studio, plotted, table};
 use crate::lighting::genome::Genome;
 use crate::objective::Quality;
+use crate::optimize::{Entry, descent, genetic, restarts};
 use crate::report::json::LightRecord;
 use crate::report::plot::{self, Band, Group};
-use crate::study::Method;
 use crate::study::contest::{Comparison, Contest, Contestant};
 use crate::study::statistics::{Quartiles, median_index};
 use anyhow::{Context, Result};
@@ -19,19 +19,22 @@ const POINTS: usize = 100;
 pub struct Courses {
     /// Evaluations of every run.
     pub budget: usize,
-    /// Runs of each method.
+    /// Runs of each optimiser.
     pub runs: usize,
     /// Numbers of evaluations at which the courses are given.
     pub evaluations: Vec<usize>,
-    /// The methods' courses.
+    /// The optimisers' courses.
     pub methods: Vec<CourseRecord>,
 }
 
-/// A method's course.
+/// An optimiser's course.
 #[derive(Debug, Clone, Serialize)]
 pub struct CourseRecord {
-    /// The method.
-    pub method: Method,
+    /// What results call it.
+    pub method: &'static str,
+    /// What plots and tables call it.
+    #[serde(skip)]
+    pub title: &'static str,
     /// Mean over the runs of the best `F` so far.
     pub mean: Vec<f32>,
     /// Its first quartile.
@@ -64,7 +67,8 @@ fn course(contestant: &Contestant, points: &[usize]) -> CourseRecord {
     let (begin, end) = (mean[0], mean[mean.len() - 1]);
     let near = mean.iter().position(|&mean| mean <= end + 0.05 * (begin - end)).unwrap_or(0);
     CourseRecord {
-        method: contestant.method,
+        method: stem(contestant.optimizer),
+        title: contestant.optimizer.title,
         mean,
         first: quartiles.iter().map(|q| q.first).collect(),
         third: quartiles.iter().map(|q| q.third).collect(),
@@ -73,7 +77,7 @@ fn course(contestant: &Contestant, points: &[usize]) -> CourseRecord {
     }
 }
 
-/// The courses of all methods; `generation` is the size of the first population and of each later
+/// The courses of all optimisers; `generation` is the size of the first population and of each later
 /// generation.
 ///
 /// # Errors
@@ -90,13 +94,7 @@ pub fn convergence(
     let x: Vec<f32> = evaluations.iter().map(|&n| n as f32).collect();
     let bands: Vec<_> = methods
         .iter()
-        .map(|m| Band {
-            name: m.method.name(),
-            x: &x,
-            middle: &m.mean,
-            low: &m.first,
-            high: &m.third,
-        })
+        .map(|m| Band { name: m.title, x: &x, middle: &m.mean, low: &m.first, high: &m.third })
         .collect();
     let plot = plotted(plot::bands(&bands, "evaluations", "best F, lower is better", PLOT))?;
     let rows = methods.iter().flat_map(|m| {
@@ -109,7 +107,7 @@ pub fn convergence(
     let mut pictures = Vec::new();
     for contestant in &contest.contestants {
         pictures.push((
-            stem(contestant.method).to_owned(),
+            stem(contestant.optimizer).to_owned(),
             median_picture(contestant, genome, studio)?,
         ));
     }
@@ -118,11 +116,20 @@ pub fn convergence(
     Ok(Exhibit { data, tables, plots: vec![("convergence".into(), plot)], pictures })
 }
 
-fn stem(method: Method) -> &'static str {
-    match method {
-        Method::Genetic => "genetic",
-        Method::Greedy => "greedy",
-        Method::Random => "random",
+/// The name of the genetic algorithm in results.
+pub const GENETIC: &str = "genetic";
+
+/// The name of greedy descents with restarts in results, the one greedy search that studies compare by
+/// default.
+const GREEDY: &str = "greedy";
+
+/// What results and their pictures call an optimiser: its name, but for the paper's two.
+fn stem(optimizer: &Entry) -> &'static str {
+    match optimizer.name {
+        genetic::NAME => GENETIC,
+        restarts::NAME => GREEDY,
+        descent::NAME => "descents",
+        name => name,
     }
 }
 
@@ -140,7 +147,7 @@ fn median_picture(
 pub struct Pairs {
     /// Evaluations of every run.
     pub budget: usize,
-    /// Runs of each method.
+    /// Runs of each optimiser.
     pub runs: usize,
     /// The first seed; each further run has the next.
     pub first_seed: u64,
@@ -188,9 +195,9 @@ pub fn compare(
     genome: &Genome,
     studio: &mut dyn Studio,
 ) -> Result<Exhibit<Pairs>> {
-    let find = |method| contest.contestants.iter().find(|c| c.method == method);
-    let genetic = find(Method::Genetic).context("a contest without the genetic algorithm")?;
-    let greedy = find(Method::Greedy).context("a contest without greedy descents")?;
+    let find = |name| contest.contestants.iter().find(|c| c.optimizer.name == name);
+    let genetic = find(genetic::NAME).context("a contest without the genetic algorithm")?;
+    let greedy = find(restarts::NAME).context("a contest without greedy descents")?;
     let mut side = |contestant: &Contestant| -> Result<Side> {
         let scores = contestant.scores();
         let median_run = median_index(&scores);
@@ -203,7 +210,7 @@ pub fn compare(
             scores,
         })
     };
-    let ends: Vec<f32> = greedy.ends.iter().flatten().copied().collect();
+    let ends: Vec<f32> = greedy.minima.iter().flatten().copied().collect();
     let data = Pairs {
         budget: contest.budget,
         runs: genetic.courses.len(),
@@ -216,18 +223,17 @@ pub fn compare(
         },
         comparison: Comparison::of(&genetic.scores(), &greedy.scores()),
     };
-    let group = |method: Method, values| Group { name: method.name(), values };
     let plot = plot::paired(
-        &group(Method::Genetic, &data.genetic.scores),
-        &group(Method::Greedy, &data.greedy.scores),
+        &Group { name: genetic.optimizer.title, values: &data.genetic.scores },
+        &Group { name: greedy.optimizer.title, values: &data.greedy.scores },
         PLOT,
     );
     let rows = data.genetic.scores.iter().zip(&data.greedy.scores).enumerate();
     let rows = rows.map(|(i, pair)| (contest.seed.wrapping_add(i as u64), *pair.0, *pair.1));
-    let tables = vec![("compare", table(&["seed", "genetic", "greedy"], rows)?)];
+    let tables = vec![("compare", table(&["seed", GENETIC, GREEDY], rows)?)];
     let pictures = vec![
-        (stem(Method::Genetic).to_owned(), median_picture(genetic, genome, studio)?),
-        (stem(Method::Greedy).to_owned(), median_picture(greedy, genome, studio)?),
+        (GENETIC.to_owned(), median_picture(genetic, genome, studio)?),
+        (GREEDY.to_owned(), median_picture(greedy, genome, studio)?),
     ];
     Ok(Exhibit { data, tables, plots: vec![("compare".into(), plotted(plot)?)], pictures })
 }

@@ -1,7 +1,7 @@
 //! The course of a search as a plot.
 
 use super::theme::{self, Axes, FIRST, SECOND, Scale, THIRD};
-use crate::optimize::Progress;
+use crate::design::Progress;
 use plotters::prelude::*;
 
 /// A line of the plot: name, colour, width in pixels, and its value in a generation.

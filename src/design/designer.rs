@@ -1,23 +1,23 @@
-//! The genetic search in steps: an engine advances it a little every frame.
+//! A search in steps: an engine advances it a little every frame.
 
-use super::{Batch, Genetic, GeneticSettings, Optimizer, Progress, progress};
+use super::{Batch, Progress, progress};
 use crate::evaluate::Evaluator;
 use crate::lighting::genome::Genome;
-use crate::lighting::start::{self, StartSettings};
 use crate::lighting::{Population, Rig};
 use crate::math::frame::Frame;
 use crate::math::range::Range;
+use crate::optimize::{self, Optimizer, Settings, Setup};
 use crate::{Error, Result};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::time::{Duration, Instant};
 
-/// A genetic search that its caller advances.
+/// A search that its caller advances, with any optimiser.
 ///
 /// Either [`Designer::advance`] or [`Designer::advance_for`] evaluates at once, or the caller takes the
 /// population from [`Designer::ask`], has it evaluated, and brings the scores to [`Designer::tell`] in
 /// the same or a later frame. In whatever steps a search is advanced, its results are the bits of
-/// [`optimize::run`](super::run) with the same seed and start.
+/// [`design::run`](super::run) with the same seed and start.
 ///
 /// When the view or the scene has changed, the scores hold no more: see [`Designer::follow`] and
 /// [`Designer::renew`]. The scores of a population that was asked for before must not be told after.
@@ -25,12 +25,12 @@ use std::time::{Duration, Instant};
 /// ```
 /// use glam::{DMat4, DVec3};
 /// use klieg::cpu::{self, CpuEvaluator};
+/// use klieg::design::Designer;
 /// use klieg::lighting::genome::{Boxes, Genome};
 /// use klieg::lighting::shading::Shading;
-/// use klieg::lighting::start::StartSettings;
 /// use klieg::lighting::{LightKind, Role};
 /// use klieg::objective::Objective;
-/// use klieg::optimize::{Designer, GeneticSettings};
+/// use klieg::optimize::Settings;
 /// use klieg::scene::build::{MeshData, SceneBuilder};
 /// use klieg::scene::view::{Camera, Projection, View};
 ///
@@ -54,8 +54,7 @@ use std::time::{Duration, Instant};
 /// let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading)?;
 ///
 /// let genome = Genome::new(&[Role::Key, Role::Fill], LightKind::Point, &Boxes::default())?;
-/// let start = StartSettings::default();
-/// let mut designer = Designer::new(genome, GeneticSettings::endless(), start, None, 1)?;
+/// let mut designer = Designer::new(genome, "ga", &Settings::endless(), None, 1)?;
 /// let first = designer.advance(&mut evaluator, 1)?;
 /// let later = designer.advance(&mut evaluator, 9)?;
 /// assert_eq!(later.generation, 10);
@@ -66,62 +65,74 @@ use std::time::{Duration, Instant};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Designer {
-    search: Genetic,
+    search: Box<dyn Optimizer>,
     batch: Batch,
     best: Option<(Vec<f32>, f32)>,
     progress: Progress,
 }
 
 impl Designer {
-    /// A search whose first population `start` spreads around the chromosome `first`.
+    /// The search that is called `optimizer` in [`optimize::OPTIMIZERS`], from the chromosome `first`.
     ///
-    /// `first` comes from [`start::first`] or [`start::first_of_surface`] (k-means of the normals) or
-    /// from [`start::from_rig`] (given lights); `None` is the middle of every range.
+    /// `first` comes from [`start::first`](super::start::first) or
+    /// [`start::first_of_surface`](super::start::first_of_surface) (k-means of the normals) or from
+    /// [`start::from_rig`](super::start::from_rig) (given lights); `None` is the middle of every range.
     ///
-    /// The search ends only where `settings` say so, with `generations` or `patience`: both count from
+    /// What ends the search, such as `generations` or `patience` of the genetic algorithm, counts from
     /// the last [`Designer::follow`] or [`Designer::renew`], which wake a search that has ended.
-    /// [`GeneticSettings::endless`] never ends; the plain defaults do, after 100 generations.
+    /// [`Settings::endless`] never ends it, unless it is a greedy descent on level ground; the plain
+    /// defaults do.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a setting out of its range, and for a first individual of another
-    /// number of alleles or outside its box.
+    /// [`Error::Argument`] for an unknown name, a setting out of its range, and for a first individual
+    /// of another number of alleles or outside its box.
     pub fn new(
         genome: Genome,
-        settings: GeneticSettings,
-        start: StartSettings,
+        optimizer: &str,
+        settings: &Settings,
         first: Option<Vec<f32>>,
         seed: u64,
     ) -> Result<Self> {
-        settings.check()?;
-        start.check()?;
         let bounds = genome.bounds();
         let first = first.unwrap_or_else(|| bounds.iter().map(Range::middle).collect());
-        check(bounds, &first)?;
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let population = start::population(bounds, first, settings.population, &start, &mut rng);
-        let search = Genetic::new(bounds, population, settings, rng)?;
+        let rng = ChaCha8Rng::seed_from_u64(seed);
+        let search = optimize::create(optimizer, Setup { bounds, first, settings, rng })?;
+        Self::of(genome, search)
+    }
+
+    /// Any search, such as one that the caller has written; its chromosomes are `genome`'s.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a search that asks for chromosomes of another length than the genome's.
+    pub fn of(genome: Genome, search: Box<dyn Optimizer>) -> Result<Self> {
         let mut batch = Batch::new(&genome)?;
-        batch.fill(search.ask());
+        batch.fill(&*search)?;
         let nothing = f32::INFINITY;
         let (best, mean, worst) = (nothing, nothing, nothing);
         let progress = Progress { generation: 0, evaluations: 0, best, mean, worst };
         Ok(Self { search, batch, best: None, progress })
     }
 
-    /// The codec of the search.
-    pub fn genome(&self) -> &Genome {
-        &self.batch.genome
+    /// The search.
+    pub fn optimizer(&self) -> &dyn Optimizer {
+        &*self.search
     }
 
-    /// The rigs whose scores the search wants next, [`GeneticSettings::population`] at most; none when
-    /// it has ended.
+    /// The codec of the search.
+    pub fn genome(&self) -> &Genome {
+        self.batch.genome()
+    }
+
+    /// The rigs whose scores the search wants next; none when it has ended. Of the genetic algorithm
+    /// they are [`population`](optimize::GeneticSettings::population) at most, of greedy descents two
+    /// for each allele of each start.
     pub fn ask(&self) -> &Population {
-        &self.batch.population
+        self.batch.population()
     }
 
     /// The lights of [`Designer::ask`], rig after rig, for those who render them.
     pub fn rigs(&self) -> impl Iterator<Item = Rig> {
-        self.search.ask().iter().map(|chromosome| self.batch.genome.decode(chromosome))
+        self.search.ask().iter().map(|chromosome| self.genome().decode(chromosome))
     }
 
     /// Takes the scores of [`Designer::ask`], in order.
@@ -138,7 +149,7 @@ impl Designer {
         }
         if wanted > 0 {
             self.search.tell(scores);
-            self.count(wanted);
+            self.count(wanted)?;
         }
         Ok(self.progress)
     }
@@ -159,7 +170,7 @@ impl Designer {
             let scores = self.batch.evaluate(evaluator)?;
             let count = scores.len();
             self.search.tell(scores);
-            self.count(count);
+            self.count(count)?;
         }
         Ok(self.progress)
     }
@@ -198,11 +209,11 @@ impl Designer {
         }
     }
 
-    /// The best rig of the last generation and its `F`; `None` before the first scores. Between
-    /// [`Designer::follow`] or [`Designer::renew`] and the next scores it is the one from before, where
-    /// it stands now, with the score that it had.
+    /// The best rig so far and its `F`; `None` before the first scores. It starts anew with the first
+    /// scores after a [`Designer::follow`] or [`Designer::renew`]; until then it is the one from before,
+    /// where it stands now, with the score that it had.
     pub fn best(&self) -> Option<(Rig, f32)> {
-        self.best.as_ref().map(|(chromosome, score)| (self.batch.genome.decode(chromosome), *score))
+        self.best.as_ref().map(|(chromosome, score)| (self.genome().decode(chromosome), *score))
     }
 
     /// How the search stood after the last generation. Before the first it is generation 0, with
@@ -213,7 +224,7 @@ impl Designer {
 
     /// Goes on in the light frame `to`: the camera has moved, or the scene's centre or radius has.
     ///
-    /// The lights of the present generation stay where they are in the world, each value moved to the
+    /// The lights that the search holds at present stay where they are in the world, each value moved to the
     /// nearest one of its box, and are all scored anew. Intensities stay as they are. Where both frames
     /// are the same nothing happens: a scene that has changed within its frame needs
     /// [`Designer::renew`].
@@ -226,50 +237,33 @@ impl Designer {
         if from == to {
             return Ok(());
         }
-        let genome = &self.batch.genome;
-        let moved = |chromosome: Vec<f32>| {
-            let rig = genome.decode(&chromosome);
+        let genome = self.batch.genome();
+        let moved = |chromosome: &[f32]| {
+            let rig = genome.decode(chromosome);
             genome.encode(&rig.iter().map(|light| light.moved(from, to)).collect::<Rig>())
         };
-        self.search.renew(moved);
-        self.best = self.best.take().map(|(chromosome, score)| (moved(chromosome), score));
-        self.batch.fill(self.search.ask());
-        Ok(())
+        self.search.renew(&moved);
+        self.best = self.best.take().map(|(chromosome, score)| (moved(&chromosome), score));
+        self.batch.fill(&*self.search)
     }
 
-    /// Goes on from the present generation as it stands, all of it scored anew: the scene, or what the
-    /// evaluator measures, has changed.
-    pub fn renew(&mut self) {
-        self.search.renew(|chromosome| chromosome);
-        self.batch.fill(self.search.ask());
+    /// Goes on with what the search holds at present as it stands, all of it scored anew: the scene, or
+    /// what the evaluator measures, has changed.
+    ///
+    /// # Errors
+    /// As [`Designer::of`].
+    pub fn renew(&mut self) -> Result<()> {
+        self.search.renew(&|chromosome| chromosome.to_vec());
+        self.batch.fill(&*self.search)
     }
 
     /// Takes note of a generation.
-    fn count(&mut self, evaluations: usize) {
+    fn count(&mut self, evaluations: usize) -> Result<()> {
         let Progress { generation, evaluations: before, .. } = self.progress;
-        self.progress = progress(&self.search, generation + 1, before + evaluations);
+        self.progress = progress(&*self.search, generation + 1, before + evaluations);
         self.best = self.search.best().map(|(chromosome, score)| (chromosome.to_vec(), score));
-        self.batch.fill(self.search.ask());
+        self.batch.fill(&*self.search)
     }
-}
-
-/// # Errors
-/// [`Error::Argument`] unless `first` has one allele for each of `bounds`, inside it.
-fn check(bounds: &[Range], first: &[f32]) -> Result<()> {
-    let (given, wanted) = (first.len(), bounds.len());
-    if given != wanted {
-        let fault = format!("a first individual of {given} alleles: the genome has {wanted}");
-        return Err(Error::Argument(fault));
-    }
-    for (at, (range, &value)) in std::iter::zip(bounds, first).enumerate() {
-        if !range.contains(value) {
-            let Range { low, high } = range;
-            let fault =
-                format!("allele {at} of the first individual is {value}: it is {low} to {high}");
-            return Err(Error::Argument(fault));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

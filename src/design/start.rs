@@ -1,10 +1,9 @@
-//! Where the search starts: lights in the directions that most of what is visible faces, from a
+//! Where a search starts: lights in the directions that most of what is visible faces, from a
 //! k-means clustering of the visible polygons' normals (Ha and Olivier 2006, section 4).
 
-use super::clusters::{Cluster, Clustering, cluster};
-use super::genome::Genome;
-use super::{Light, Role, angles};
-use crate::error::within;
+use crate::lighting::clusters::{Cluster, Clustering, cluster};
+use crate::lighting::genome::Genome;
+use crate::lighting::{Light, Role, angles};
 use crate::math::range::Range;
 use crate::objective::maps::{Maps, PixelType};
 use crate::scene::Scene;
@@ -13,36 +12,9 @@ use crate::{Error, Result};
 use glam::{DMat3, Vec3};
 use rand::Rng;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 /// Most pixels whose normals are clustered.
 const MAX_SAMPLES: usize = 1 << 16;
-
-/// How the first population spreads around the clusters. The numbers are our reconstruction.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct StartSettings {
-    /// Share of the population that scatters around the clusters' individual, 0..=1; the rest is
-    /// uniform in the box.
-    pub scattered: f32,
-    /// Standard deviation of that scatter as a share of each allele's range, 0..=1.
-    pub spread: f32,
-}
-
-impl Default for StartSettings {
-    fn default() -> Self {
-        Self { scattered: 0.3333, spread: 0.1 }
-    }
-}
-
-impl StartSettings {
-    /// # Errors
-    /// [`Error::Argument`] for a share outside 0..=1.
-    pub fn check(&self) -> Result<()> {
-        within("start.scattered", self.scattered, 0.0, 1.0)?;
-        within("start.spread", self.spread, 0.0, 1.0)
-    }
-}
 
 /// Unit normals of the visible polygons in the light frame, turned to the viewer, in the order of
 /// [`Maps::visible`]; polygons without area are given the viewer's direction.
@@ -140,34 +112,12 @@ pub fn from_rig(genome: &Genome, rig: &[Light]) -> Result<Vec<f32>> {
     Ok(genome.encode(&rig))
 }
 
-/// The first population: `first` itself, some scattered around it, the rest uniform in the box.
-pub fn population(
-    bounds: &[Range],
-    first: Vec<f32>,
-    size: usize,
-    settings: &StartSettings,
-    rng: &mut impl Rng,
-) -> Vec<Vec<f32>> {
-    let scattered = (size as f32 * settings.scattered).round() as usize;
-    let mut population = vec![first];
-    while population.len() < size {
-        let near = population.len() <= scattered;
-        let individual =
-            std::iter::zip(bounds, &population[0])
-                .map(|(range, &center)| {
-                    if near { range.step(center, settings.spread, rng) } else { range.uniform(rng) }
-                })
-                .collect();
-        population.push(individual);
-    }
-    population
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::lighting::LightKind;
     use crate::lighting::genome::Boxes;
+    use crate::optimize::start::{StartSettings, population};
     use proptest::prelude::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;

@@ -1,9 +1,10 @@
 //! Many searches side by side: what all of them ask for is evaluated as one population, and each gets
 //! the scores that it would get alone.
 
-use super::{Batch, Optimizer};
+use super::Batch;
 use crate::evaluate::Evaluator;
 use crate::lighting::genome::Genome;
+use crate::optimize::Optimizer;
 use crate::{Error, Result};
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -55,9 +56,10 @@ impl Course {
 /// `observe` is told how many evaluations were made since it was last called.
 ///
 /// # Errors
-/// [`Error::Interrupted`] when `observe` breaks off, and what the evaluator reports.
+/// [`Error::Interrupted`] when `observe` breaks off, [`Error::Argument`] for a search that asks for
+/// chromosomes of another length than the genome's, and what the evaluator reports.
 pub fn race(
-    searches: &mut [&mut dyn Optimizer],
+    searches: &mut [Box<dyn Optimizer>],
     budget: usize,
     genome: &Genome,
     evaluator: &mut dyn Evaluator,
@@ -73,8 +75,10 @@ pub fn race(
         if total == 0 {
             return Ok(courses);
         }
-        let asked = std::iter::zip(&*searches, &counts).flat_map(|(s, &count)| &s.ask()[..count]);
-        batch.fill(asked);
+        batch.clear();
+        for (search, &count) in std::iter::zip(&*searches, &counts) {
+            batch.add(&**search, &search.ask()[..count])?;
+        }
         let mut scores = batch.evaluate(evaluator)?;
         for ((search, course), count) in searches.iter_mut().zip(&mut courses).zip(counts) {
             let (own, others) = scores.split_at(count);
@@ -94,33 +98,24 @@ pub fn race(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::testing::{Hills, genome, height};
     use crate::lighting::Light;
-    use crate::lighting::start::{self, StartSettings};
-    use crate::optimize::testing::{Hills, genome, height};
-    use crate::optimize::{Descent, DescentSettings, Genetic, GeneticSettings, Random, Restarts};
+    use crate::optimize::{self, OPTIMIZERS, Settings, Setup};
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
     /// One search of each kind.
     fn searches(genome: &Genome, seed: u64) -> Vec<Box<dyn Optimizer>> {
-        let bounds = genome.bounds();
+        let (bounds, settings) = (genome.bounds(), &Settings::endless());
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let first: Vec<f32> = bounds.iter().map(|range| range.uniform(&mut rng)).collect();
-        let start =
-            start::population(bounds, first.clone(), 30, &StartSettings::default(), &mut rng);
-        let descent = DescentSettings::default();
-        vec![
-            Box::new(Genetic::new(bounds, start, GeneticSettings::default(), rng.clone()).unwrap()),
-            Box::new(Descent::new(bounds, std::slice::from_ref(&first), descent).unwrap()),
-            Box::new(Restarts::new(bounds, first, descent, rng.clone()).unwrap()),
-            Box::new(Random::new(bounds, 30, rng)),
-        ]
+        let setup = Setup { bounds, first, settings, rng };
+        let make = |entry: &optimize::Entry| optimize::create(entry.name, setup.clone()).unwrap();
+        OPTIMIZERS.iter().map(make).collect()
     }
 
     fn run(searches: &mut [Box<dyn Optimizer>], budget: usize, hills: &mut Hills) -> Vec<Course> {
-        let mut borrowed: Vec<&mut dyn Optimizer> =
-            searches.iter_mut().map(|s| &mut **s as _).collect();
-        race(&mut borrowed, budget, &genome(), hills, &mut |_| ControlFlow::Continue(())).unwrap()
+        race(searches, budget, &genome(), hills, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
     #[test]
@@ -160,31 +155,21 @@ mod tests {
     #[test]
     fn restarts_never_stop_and_remember_the_best() {
         let genome = genome();
-        let mut restarts = Restarts::new(
-            genome.bounds(),
-            genome.bounds().iter().map(|range| range.middle()).collect(),
-            DescentSettings::default(),
-            ChaCha8Rng::seed_from_u64(4),
-        )
-        .unwrap();
-        let observe = &mut |_| ControlFlow::Continue(());
-        let hills = &mut Hills::default();
-        let courses = race(&mut [&mut restarts], 100_000, &genome, hills, observe).unwrap();
-        let ends: Vec<f32> = restarts.ends().collect();
+        let mut searches = searches(&genome, 4);
+        let restarts = searches.iter().position(|search| search.name() == "restarts").unwrap();
+        let restarts = &mut searches[restarts..=restarts];
+        let courses = run(restarts, 100_000, &mut Hills::default());
+        let ends = restarts[0].minima();
         assert!(ends.len() > 5);
         assert!(ends.iter().any(|end| *end > ends[0] + 0.01 || *end < ends[0] - 0.01));
-        // A probe may lie a little below the place where its descent stands.
-        let beside = restarts.best().unwrap().1 - courses[0].score();
-        assert!((0.0..1e-3).contains(&beside), "{beside}");
+        assert_eq!(restarts[0].best(), Some((&courses[0].chromosome[..], courses[0].score())));
     }
 
     #[test]
     fn an_observer_can_break_off() {
         let genome = genome();
         let mut searches = searches(&genome, 0);
-        let mut borrowed: Vec<&mut dyn Optimizer> =
-            searches.iter_mut().map(|s| &mut **s as _).collect();
-        let broken = race(&mut borrowed, 500, &genome, &mut Hills::default(), &mut |made| {
+        let broken = race(&mut searches, 500, &genome, &mut Hills::default(), &mut |made| {
             assert_eq!(made, 30 + 1 + 1 + 30);
             ControlFlow::Break(())
         });

@@ -1,0 +1,189 @@
+//! The search for lights.
+
+use super::edge::{Outcome, array, free_call, put, text};
+use super::error::klieg_status;
+use super::light::{
+    KLIEG_LIGHT_POINT, as_kind, as_role, klieg_light, klieg_light_kind, klieg_role,
+};
+use crate::lighting::genome::{Boxes, Genome, RoleBox};
+use crate::optimize::{GeneticSettings, GreedySettings, Settings, StartSettings, genetic};
+use std::ffi::c_char;
+
+/// The values that lights of a role may have, each the lowest and the highest.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct klieg_role_box {
+    /// Elevation, degrees.
+    pub elevation: [f32; 2],
+    /// Azimuth, degrees, -360 or more; it does not wrap, so that 100..260 is the half circle behind.
+    pub azimuth: [f32; 2],
+    /// Diffuse intensity, 0 or more.
+    pub diffuse: [f32; 2],
+    /// Specular intensity, 0 or more.
+    pub specular: [f32; 2],
+    /// Distance from the scene's centre, scene radii, above 0.
+    pub distance: [f32; 2],
+}
+
+/// What a designer looks for, and how. `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and
+/// `first`, which it makes empty.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct klieg_design {
+    /// The role of each light.
+    pub roles: *const klieg_role,
+    /// Number of lights, 1..`KLIEG_MAX_LIGHTS`.
+    pub lights: u32,
+    /// Kind of all lights; by default point lights.
+    pub kind: klieg_light_kind,
+    /// What key lights may be; by default elevation 0..90, azimuth -90..90, intensities 0..2, distance
+    /// 1.5..5.
+    pub key: klieg_role_box,
+    /// What fill lights may be; by default as key lights, but for elevation -30..90 and intensities 0..1.
+    pub fill: klieg_role_box,
+    /// What rim lights may be; by default as fill lights, but for azimuth 100..260.
+    pub rim: klieg_role_box,
+    /// How the lights are searched: `"ga"`, the genetic algorithm, which `NULL` stands for; `"greedy"`, steepest
+    /// descents; `"restarts"`, such descents one after another; or `"random"`.
+    pub optimizer: *const c_char,
+    /// Individuals of a generation, 2..131072; by default 30. Of random search too.
+    pub population: u32,
+    /// Generations after which the search ends, counted anew from a change of the view; 0, the default, for
+    /// never. Of random search too, and descents with restarts end after as many evaluations; greedy
+    /// descents end where the ground is level, until the view changes.
+    pub generations: u64,
+    /// Generations without a better rig after which the search ends, counted likewise; 0, the default, for
+    /// never.
+    pub patience: u64,
+    /// Share of the population, the best, that is copied with its scores; by default 0.1.
+    pub elitism: f32,
+    /// Probability that a child is a blend of two parents; by default 0.8.
+    pub crossover: f32,
+    /// Probability with which each value of a child is moved; by default 0.2.
+    pub mutation: f32,
+    /// Standard deviation of that move, as a share of the value's range; by default 0.2.
+    pub mutation_step: f32,
+    /// Individuals that compete to be a parent, 1 or more; by default 2.
+    pub tournament: u32,
+    /// Share of the first population that scatters around the first rig, 0..1; by default 0.3333. The rest
+    /// is uniform.
+    pub scattered: f32,
+    /// Standard deviation of that scatter as a share of each value's range, 0..1; by default 0.1.
+    pub spread: f32,
+    /// Greedy descents side by side, 1..1024; by default 1. The first begins with the first rig, the others
+    /// with random ones.
+    pub greedy_starts: u32,
+    /// Distance of a descent's probes, above 0, to 1, as a share of each value's range; by default 0.005.
+    pub greedy_probe: f32,
+    /// Length of a descent's first step, such a share; by default 0.1.
+    pub greedy_step: f32,
+    /// Length of a step below which a descent has ended, such a share; by default 0.001.
+    pub greedy_end: f32,
+    /// The first rig, `lights` of them, each value moved to the nearest one that its role may have:
+    /// `klieg_evaluator_suggest`, a rig of the engine's, or `NULL` for the middle of every range.
+    pub first: *const klieg_light,
+    /// What all random numbers come from: the same seed gives the same lights on the same device. By
+    /// default 0.
+    pub seed: u64,
+}
+
+/// Sets the defaults: a search without an end for point lights, with the paper's genetic algorithm. Any
+/// thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn klieg_design_defaults(design: *mut klieg_design) -> klieg_status {
+    let boxes = Boxes::default();
+    let Settings { start: StartSettings { scattered, spread }, genetic, greedy } =
+        Settings::default();
+    let defaults = klieg_design {
+        roles: std::ptr::null(),
+        lights: 0,
+        kind: KLIEG_LIGHT_POINT,
+        key: box_in_c(&boxes.key),
+        fill: box_in_c(&boxes.fill),
+        rim: box_in_c(&boxes.rim),
+        optimizer: std::ptr::null(),
+        population: genetic.population as u32,
+        generations: 0,
+        patience: genetic.patience as u64,
+        elitism: genetic.elitism,
+        crossover: genetic.crossover,
+        mutation: genetic.mutation,
+        mutation_step: genetic.mutation_step,
+        tournament: genetic.tournament as u32,
+        scattered,
+        spread,
+        greedy_starts: greedy.starts as u32,
+        greedy_probe: greedy.probe,
+        greedy_step: greedy.step,
+        greedy_end: greedy.end,
+        first: std::ptr::null(),
+        seed: 0,
+    };
+    // SAFETY: the caller's pointer.
+    free_call(|| unsafe { put(design, defaults, "design") })
+}
+
+fn box_in_c(space: &RoleBox) -> klieg_role_box {
+    klieg_role_box {
+        elevation: space.elevation.into(),
+        azimuth: space.azimuth.into(),
+        diffuse: space.diffuse.into(),
+        specular: space.specular.into(),
+        distance: space.distance.into(),
+    }
+}
+
+fn as_box(space: &klieg_role_box) -> RoleBox {
+    RoleBox {
+        elevation: space.elevation.into(),
+        azimuth: space.azimuth.into(),
+        diffuse: space.diffuse.into(),
+        specular: space.specular.into(),
+        distance: space.distance.into(),
+    }
+}
+
+/// # Safety
+/// The design's roles are valid.
+pub(super) unsafe fn as_genome(design: &klieg_design) -> Outcome<Genome> {
+    // SAFETY: the caller's promise.
+    let roles = unsafe { array(design.roles, design.lights as usize, "roles") }?;
+    let roles: Vec<_> = roles.iter().map(|&role| as_role(role)).collect::<Outcome<_>>()?;
+    let boxes =
+        Boxes { key: as_box(&design.key), fill: as_box(&design.fill), rim: as_box(&design.rim) };
+    Ok(Genome::new(&roles, as_kind(design.kind)?, &boxes)?)
+}
+
+/// The name of the optimiser.
+///
+/// # Safety
+/// The design's name is valid.
+pub(super) unsafe fn optimizer(design: &klieg_design) -> Outcome<&str> {
+    match design.optimizer.is_null() {
+        true => Ok(genetic::NAME),
+        // SAFETY: the caller's promise.
+        false => unsafe { text(design.optimizer, "optimizer") },
+    }
+}
+
+pub(super) fn as_settings(design: &klieg_design) -> Settings {
+    let count = |value: u64| usize::try_from(value).unwrap_or(usize::MAX);
+    let genetic = GeneticSettings {
+        population: design.population as usize,
+        generations: if design.generations == 0 { usize::MAX } else { count(design.generations) },
+        elitism: design.elitism,
+        crossover: design.crossover,
+        mutation: design.mutation,
+        mutation_step: design.mutation_step,
+        tournament: design.tournament as usize,
+        patience: count(design.patience),
+    };
+    let greedy = GreedySettings {
+        starts: design.greedy_starts as usize,
+        probe: design.greedy_probe,
+        step: design.greedy_step,
+        end: design.greedy_end,
+    };
+    let start = StartSettings { scattered: design.scattered, spread: design.spread };
+    Settings { start, genetic, greedy }
+}

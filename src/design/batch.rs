@@ -1,0 +1,70 @@
+//! Chromosomes as an evaluator takes them.
+
+use crate::evaluate::Evaluator;
+use crate::lighting::Population;
+use crate::lighting::genome::Genome;
+use crate::optimize::Optimizer;
+use crate::{Error, Result};
+
+/// Chromosomes on their way to an evaluator, and their scores.
+#[derive(Debug, Clone)]
+pub(crate) struct Batch {
+    genome: Genome,
+    population: Population,
+    scores: Vec<f32>,
+}
+
+impl Batch {
+    pub fn new(genome: &Genome) -> Result<Self> {
+        let population = Population::new(genome.lights())?;
+        Ok(Self { genome: genome.clone(), population, scores: Vec::new() })
+    }
+
+    pub fn genome(&self) -> &Genome {
+        &self.genome
+    }
+
+    pub fn population(&self) -> &Population {
+        &self.population
+    }
+
+    /// Takes what a search asks for in the place of all before.
+    ///
+    /// # Errors
+    /// As [`Batch::add`].
+    pub fn fill(&mut self, search: &dyn Optimizer) -> Result<()> {
+        self.clear();
+        self.add(search, search.ask())
+    }
+
+    /// Takes out all chromosomes.
+    pub fn clear(&mut self) {
+        self.population.clear();
+    }
+
+    /// Adds chromosomes that a search asks for.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for one of another length than the genome's.
+    pub fn add(&mut self, search: &dyn Optimizer, chromosomes: &[Vec<f32>]) -> Result<()> {
+        let wanted = self.genome.bounds().len();
+        for chromosome in chromosomes {
+            let given = chromosome.len();
+            if given != wanted {
+                let name = search.name();
+                return Err(Error::Argument(format!(
+                    "the search '{name}' asks for {given} alleles: the genome has {wanted}"
+                )));
+            }
+            self.population.push(&self.genome.decode(chromosome))?;
+        }
+        Ok(())
+    }
+
+    /// The scores of the chromosomes, evaluated as one population.
+    pub fn evaluate(&mut self, evaluator: &mut dyn Evaluator) -> Result<&[f32]> {
+        self.scores.resize(self.population.len(), 0.0);
+        evaluator.evaluate(&self.population, &mut self.scores)?;
+        Ok(&self.scores)
+    }
+}

@@ -1,0 +1,96 @@
+//! Searches for lights: chromosomes of an [`Optimizer`] go through the [`Genome`] to an [`Evaluator`], and
+//! the scores back. [`run`] takes one search to its end, [`race`] many side by side, and a [`Designer`]
+//! goes on a little every frame.
+
+mod batch;
+mod designer;
+pub mod race;
+pub mod start;
+#[cfg(test)]
+mod testing;
+
+use crate::evaluate::Evaluator;
+use crate::lighting::Rig;
+use crate::lighting::genome::Genome;
+use crate::optimize::Optimizer;
+use crate::{Error, Result};
+use std::ops::ControlFlow;
+
+pub(crate) use batch::Batch;
+pub use designer::Designer;
+pub use race::{Course, race};
+
+/// How a search stands after a generation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Number of the generation; the first population is 1.
+    pub generation: usize,
+    /// Evaluations so far.
+    pub evaluations: usize,
+    /// Lowest score so far.
+    pub best: f32,
+    /// Mean score of the population.
+    pub mean: f32,
+    /// Highest score of the population.
+    pub worst: f32,
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The best rig.
+    pub rig: Rig,
+    /// Its `F`.
+    pub score: f32,
+    /// One entry for each generation.
+    pub history: Vec<Progress>,
+    /// Whether the observer ended it.
+    pub stopped: bool,
+}
+
+impl Outcome {
+    /// Evaluations in all.
+    pub fn evaluations(&self) -> usize {
+        self.history.last().map_or(0, |last| last.evaluations)
+    }
+}
+
+/// Runs a search to its end, or until `observe`, called after every generation, breaks it off.
+///
+/// # Errors
+/// [`Error::Argument`] for a search that asks for chromosomes of another length than the genome's or ends
+/// without a score, and what the evaluator reports.
+pub fn run(
+    search: &mut dyn Optimizer,
+    genome: &Genome,
+    evaluator: &mut dyn Evaluator,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Outcome> {
+    let mut batch = Batch::new(genome)?;
+    let mut history: Vec<Progress> = Vec::new();
+    let mut stopped = false;
+    while !stopped && !search.ask().is_empty() {
+        batch.fill(search)?;
+        let scores = batch.evaluate(evaluator)?;
+        search.tell(scores);
+        let before = history.last().map_or(0, |last| last.evaluations);
+        let progress = progress(search, history.len() + 1, before + scores.len());
+        stopped = observe(&progress).is_break();
+        history.push(progress);
+    }
+    let (chromosome, score) = search.best().ok_or_else(|| {
+        Error::Argument(format!("the search '{}' has ended without a score", search.name()))
+    })?;
+    Ok(Outcome { rig: genome.decode(chromosome), score, history, stopped })
+}
+
+fn progress(search: &dyn Optimizer, generation: usize, evaluations: usize) -> Progress {
+    let scores = search.scores();
+    Progress {
+        generation,
+        evaluations,
+        best: search.best().map_or(f32::INFINITY, |(_, score)| score),
+        mean: scores.iter().sum::<f32>() / scores.len().max(1) as f32,
+        worst: scores.iter().copied().fold(f32::NEG_INFINITY, f32::max),
+    }
+}
