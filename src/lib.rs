@@ -8,8 +8,6 @@
 //! [`scene`] → [`lighting`], [`objective`] → [`cpu`] | [`gpu`] → [`evaluate`] → [`optimize`] →
 //! [`study`].
 
-#![warn(missing_docs)]
-
 /// Declares the constants of `src/constants.rs`; `build/glsl.rs` has a macro of this name that writes them in
 /// GLSL.
 macro_rules! constants {
@@ -23,6 +21,7 @@ pub mod cpu;
 pub mod error;
 pub mod evaluate;
 pub mod gpu;
+mod hash;
 pub mod lighting;
 pub mod math;
 pub mod objective;

@@ -150,6 +150,7 @@ fn a_device_that_goes_first_is_forgotten() {
     assert!(matches!(scores(&mut made), Err(Error::Forgotten)));
     assert!(made.maps().is_ok(), "known maps need no device");
     assert!(matches!(evaluator(&context), Err(Error::Forgotten)));
+    assert!(matches!(context.pipeline_cache_data(), Err(Error::Forgotten)));
     drop((made, context));
 }
 
@@ -286,5 +287,19 @@ fn a_lost_device_is_an_error_and_may_be_dropped() {
         assert!(error.is_device_lost() && !error.is_input(), "{error}");
     }
     drop((made, context));
+    assert_eq!(engine.end(), [""; 0]);
+}
+
+#[test]
+fn a_borrowed_device_begins_with_pipelines_of_an_earlier_run() {
+    let engine = Engine::new(ALL);
+    let context = engine.context(&Tuning::default());
+    assert_eq!(context.counters().pipeline_cache, 0);
+    let pipeline_cache = context.pipeline_cache_data().unwrap();
+    let next =
+        engine.context(&Tuning { pipeline_cache: pipeline_cache.clone(), ..Tuning::default() });
+    assert!(next.counters().pipeline_cache >= 32);
+    assert_eq!(next.pipeline_cache_data().unwrap(), pipeline_cache);
+    drop((context, next));
     assert_eq!(engine.end(), [""; 0]);
 }

@@ -150,7 +150,8 @@ fn every_pipeline_scores_populations_of_1_to_300() {
 
         // Room for a few pictures only: many chunks, the last of them smaller.
         let picture_memory = Some(45 * 38 * 4 * 11);
-        let tuning = Tuning { pipeline: Some(pipeline), shape, picture_memory };
+        let tuning =
+            Tuning { pipeline: Some(pipeline), shape, picture_memory, ..Default::default() };
         let small = with_tuning(tuning);
         let mut in_chunks = evaluator(&small, &maps, &view);
         assert_eq!(evaluate(&mut in_chunks, &all), scores, "{pipeline} {shape:?}");
@@ -195,7 +196,7 @@ fn forward_gives_the_same_bits_in_any_number_of_draws() {
     check_all(&mut at_once, &all, &expected);
     let scores = evaluate(&mut at_once, &all);
     let picture_memory = Some(40 * 33 * 8 * 5);
-    let tuning = Tuning { pipeline: Some(pipeline), shape, picture_memory };
+    let tuning = Tuning { pipeline: Some(pipeline), shape, picture_memory, ..Default::default() };
     let small = with_tuning(tuning);
     assert_eq!(evaluate(&mut of_scene(&small, &scene, &view), &all), scores);
     assert_valid(&whole);

@@ -10,6 +10,7 @@ mod device;
 mod devices;
 mod options;
 mod paper;
+mod pipelines;
 mod print;
 mod progress;
 mod score;

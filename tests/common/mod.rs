@@ -58,7 +58,7 @@ pub fn list(folder: &Path) -> Vec<String> {
 
 pub fn klieg(arguments: &[&str]) -> Command {
     let mut command = Command::cargo_bin("klieg").unwrap();
-    command.args(arguments);
+    command.args(arguments).env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command
 }
 

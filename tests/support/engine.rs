@@ -19,7 +19,7 @@ pub const ALL: EnabledFeatures = EnabledFeatures {
 
 /// Each way to measure.
 pub fn tunings() -> [Tuning; 3] {
-    let of = |pipeline, shape| Tuning { pipeline: Some(pipeline), shape, picture_memory: None };
+    let of = |pipeline, shape| Tuning { pipeline: Some(pipeline), shape, ..Default::default() };
     [
         of(PipelineKind::Layered, None),
         of(PipelineKind::Compute, Some(ComputeShape::Runs)),

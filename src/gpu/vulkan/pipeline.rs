@@ -313,7 +313,7 @@ impl Pipeline {
             let specialization = specialization.info();
             let stage = shader_stage(vk::ShaderStageFlags::COMPUTE, &module, &specialization);
             let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.0)];
-            let cache = vk::PipelineCache::null();
+            let cache = context.cache().compiled.raw;
             // SAFETY: module and layout are alive, and the shader was written for the layout.
             let made = unsafe { context.device().create_compute_pipelines(cache, &info, None) };
             made.map(|made| made[0]).map_err(|(_, result)| result).call("vkCreateComputePipelines")
