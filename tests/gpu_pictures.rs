@@ -387,10 +387,9 @@ fn what_is_not_there_is_refused() {
                 assert_eq!(made.is_ok(), fits, "{count} from {first}");
             }
             // SAFETY: as above.
-            assert!(
-                unsafe { evaluator.record(cmd, &imported, u32::MAX, 2, ScoreTarget::Mapped) }
-                    .is_err()
-            );
+            let made =
+                unsafe { evaluator.record(cmd, &imported, u32::MAX, 2, ScoreTarget::Mapped) };
+            assert!(made.is_err());
         });
         let fault = evaluator.evaluate(&imported, 5, &mut [0.0; 5]).unwrap_err();
         assert!(fault.is_input() && fault.to_string().contains("4 layers"), "{fault}");
