@@ -1,8 +1,7 @@
 //! Exit codes and messages: 2 with the fault named for what the user gave, 1 for the machine.
 
-mod common;
-
 use common::{Folder, ball, klieg};
+use klieg_support::common;
 
 /// Runs a command that must fail and gives its message.
 fn fails(place: &Folder, arguments: &[&str], code: i32) -> String {

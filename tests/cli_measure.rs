@@ -1,8 +1,7 @@
 //! `klieg score`, `analyze`, `devices` and `bench`.
 
-mod common;
-
 use common::Folder;
+use klieg_support::common;
 use serde_json::{Value, json};
 
 /// Standard output as JSON, which it must be alone.
@@ -164,5 +163,6 @@ fn compiled_pipelines_are_stored_in_the_cache_folder() {
     std::fs::write(&file, &stored[..stored.len() / 2]).unwrap();
     assert_eq!(run(cache), first);
     assert_eq!(std::fs::read(&file).unwrap().len(), stored.len(), "the broken file is replaced");
-    assert_eq!(run(place.path("ball.gltf").to_str().unwrap()), first, "no folder");
+    // Mesa, whose own cache is there too, may complain.
+    assert_eq!(run(place.path("ball.gltf").to_str().unwrap()).0, first.0, "no folder");
 }

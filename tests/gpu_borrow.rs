@@ -1,12 +1,5 @@
 //! klieg on a device that an engine created and keeps.
 
-#[path = "support/engine.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod engine;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use ash::vk;
 use engine::{ALL, Engine, counted_lock};
 use klieg::Error;
@@ -18,6 +11,7 @@ use klieg::gpu::{
 use klieg::lighting::LightKind;
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
+use klieg_support::{engine, gpu as support};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};

@@ -1,15 +1,11 @@
 //! A generation on the device against the CPU references, on maps made in the test.
 
-#[path = "support/reference.rs"]
-mod reference;
-#[path = "support/gpu.rs"]
-mod support;
-
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{GpuEvaluator, PipelineKind, Tuning};
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{LightKind, Population};
 use klieg::objective::Objective;
+use klieg_support::{gpu as support, reference};
 use reference::{difference, evaluate, evaluator, reference};
 use support::{assert_valid, ball, context, maps, population, rigs, view, with_tuning};
 

@@ -1,18 +1,6 @@
 //! Pictures that an engine renders itself: the stage `pictures` against its reference, and the scores that
 //! follow.
 
-#[path = "support/drawn.rs"]
-mod drawn;
-#[path = "support/engine.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod engine;
-#[path = "support/reference.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod reference;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use ash::vk;
 use drawn::{Drawn, SAMPLED, borrow, import, on_an_engine};
 use engine::{Frame, HostBuffer, Texture};
@@ -23,6 +11,7 @@ use klieg::math::color::srgb_decode;
 use klieg::objective::Objective;
 use klieg::objective::maps::PixelType;
 use klieg::scene::engine::{PictureChannels, PictureEncoding, PictureFormat};
+use klieg_support::{drawn, engine, gpu as support, reference};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reference::difference;

@@ -1,8 +1,6 @@
 //! The lit scene: what it keeps of the original, and what comes back from it.
 
 mod fixtures;
-#[path = "../support/npm.rs"]
-mod npm;
 mod validator;
 
 use fixtures::{glb, parse_glb, png, positions, rig, scene, triangle, views, write, write_all};

@@ -1,5 +1,4 @@
 //! A small scene and the program, for the tests of the command line.
-#![allow(dead_code, reason = "every test program uses its own part")]
 
 use assert_cmd::Command;
 use serde_json::{Value, json};
@@ -58,7 +57,7 @@ pub fn list(folder: &Path) -> Vec<String> {
 
 pub fn klieg(arguments: &[&str]) -> Command {
     let mut command = Command::cargo_bin("klieg").unwrap();
-    command.args(arguments).env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
+    command.args(arguments).env("XDG_CACHE_HOME", crate::temporary());
     command
 }
 
