@@ -1,9 +1,5 @@
 //! The native evaluator's hot loops: `cargo bench`.
 
-#[path = "../tests/support/shapes.rs"]
-#[allow(dead_code, reason = "every program uses its own part")]
-mod shapes;
-
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat4, DVec3};
 use klieg::cpu::{self, CpuEvaluator, visibility};
@@ -13,6 +9,7 @@ use klieg::lighting::{Light, LightKind, Population, Role};
 use klieg::objective::Objective;
 use klieg::scene::Scene;
 use klieg::scene::view::{Projection, View};
+use klieg_support::shapes;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shapes::{camera, matt, scene, sphere, view};

@@ -13,7 +13,7 @@ use std::{env, fs};
 /// A chain of includes longer than this is taken for a circle.
 const MAX_INCLUDE_DEPTH: usize = 16;
 
-/// Compiles every shader, and leaves in `spirv/` of `out_dir` what `shaders/spirv/` is to hold.
+/// Compiles every shader, and leaves in `spirv/` of `out_dir` what `src/gpu/spirv/` is to hold.
 pub fn all(out_dir: &Path, constants: String, sources: u64) -> Result<Vec<Module>> {
     let compiler = Compiler::new()?;
     let options = options(constants)?;

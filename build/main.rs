@@ -1,7 +1,7 @@
 //! Makes `$OUT_DIR/shaders.rs`: the SPIR-V of every shader of `shaders/`.
 //!
 //! With feature `shaderc` the shaders are compiled, also to `$OUT_DIR/spirv/`, and a shader's error or
-//! warning fails the build with its file and line. Without it, what is checked in in `shaders/spirv/`
+//! warning fails the build with its file and line. Without it, what is checked in in `src/gpu/spirv/`
 //! is taken, if it is what these sources give. `make spirv` copies the one folder to the other.
 
 #[cfg(feature = "shaderc")]
@@ -32,6 +32,8 @@ fn main() {
     for input in [SHADERS, "build", "src/constants.rs", "src/hash.rs"] {
         println!("cargo::rerun-if-changed={input}");
     }
+    #[cfg(not(feature = "shaderc"))]
+    println!("cargo::rerun-if-changed={}", stored::FOLDER);
     if let Err(error) = make() {
         for line in error.to_string().lines().filter(|line| !line.is_empty()) {
             println!("cargo::error={line}");

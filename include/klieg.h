@@ -241,6 +241,12 @@ typedef struct klieg_tuning {
     klieg_pipeline pipeline;
     // The shape of pipeline `compute`.
     klieg_shape shape;
+    // What `klieg_context_pipeline_cache` gave earlier, read during the call: pipelines that are in it need
+    // not be compiled again. Data that are damaged, or of another device, driver or version of klieg are
+    // as good as none; `NULL` for none.
+    const void *pipeline_cache;
+    // Bytes of it.
+    size_t pipeline_cache_size;
 } klieg_tuning;
 
 // Who touches a piece of memory: one of `KLIEG_ACCESS_...`.
@@ -333,6 +339,8 @@ typedef struct klieg_counters {
     uint64_t bytes_read;
     // Bytes of device memory that are taken at the moment, what the allocator keeps for later included.
     uint64_t memory;
+    // Bytes of `klieg_tuning::pipeline_cache` that the driver began with.
+    uint64_t pipeline_cache;
 } klieg_counters;
 
 // The fastest for the device.
@@ -412,6 +420,16 @@ const char *klieg_context_device_name(const struct klieg_context *context);
 // Tells what klieg has made and read so far. Any thread.
 klieg_status klieg_context_counters(const struct klieg_context *context,
                                     struct klieg_counters *counters);
+
+// Gives the pipelines compiled so far, and those of earlier runs, for `klieg_tuning::pipeline_cache` of a
+// later one: `*size` bytes, written to `data` where it has `room` for them. Any thread.
+//
+// `KLIEG_ERROR_ARGUMENT` where `room` is not enough; `*size` is told all the same. `data` may be `NULL`
+// where `room` is 0, which asks for the size alone.
+klieg_status klieg_context_pipeline_cache(const struct klieg_context *context,
+                                          void *data,
+                                          size_t room,
+                                          size_t *size);
 
 /* Lights, the frame that they stand in, and where they are in the world */
 

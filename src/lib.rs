@@ -8,8 +8,6 @@
 //! [`objective`], [`evaluate`], [`cpu`] and [`gpu`], [`optimize`] (which knows the first two alone),
 //! [`design`], [`study`]; then reports, the command line and the C interface.
 
-#![warn(missing_docs)]
-
 /// Declares the constants of `src/constants.rs`; `build/glsl.rs` has a macro of this name that writes them in
 /// GLSL.
 macro_rules! constants {
@@ -24,6 +22,7 @@ pub mod design;
 pub mod error;
 pub mod evaluate;
 pub mod gpu;
+mod hash;
 pub mod lighting;
 pub mod math;
 pub mod objective;

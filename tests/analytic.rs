@@ -1,8 +1,5 @@
 //! Pictures whose measures are known by hand.
 
-#[path = "support/shapes.rs"]
-mod shapes;
-
 use glam::{DMat4, DVec3};
 use klieg::cpu::{self, CpuEvaluator, fitness, histogram, visibility};
 use klieg::evaluate::{Evaluator, Inspection};
@@ -16,6 +13,7 @@ use klieg::scene::view::View;
 use klieg::scene::{Material, Scene};
 use klieg::study::landscape::{self, Grid};
 use klieg::study::{Subject, starts};
+use klieg_support::shapes;
 use shapes::{matt, orthographic, rectangle, scene, sphere};
 use std::ops::ControlFlow;
 

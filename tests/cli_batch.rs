@@ -1,9 +1,8 @@
 //! `klieg batch`: many designs, what fails among them, and what a second run leaves alone.
 
-mod common;
-
 use assert_cmd::Command;
 use common::{Folder, ball};
+use klieg_support::common;
 use serde_json::Value;
 use std::path::Path;
 use std::time::Duration;

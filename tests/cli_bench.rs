@@ -1,10 +1,5 @@
 //! `klieg bench`: a row for each combination, honest baselines, files.
 
-mod common;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "only the device and the rigs are used here")]
-mod gpu;
-
 use common::Folder;
 use klieg::evaluate::Evaluator;
 use klieg::gpu::ReadbackEvaluator;
@@ -13,6 +8,7 @@ use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
 use klieg::scene::framing::{Framing, frame};
 use klieg::scene::view::View;
+use klieg_support::{common, gpu};
 use serde_json::Value;
 
 /// Few and short measurements.

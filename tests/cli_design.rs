@@ -1,8 +1,7 @@
 //! `klieg design`, from a scene to the files that it leaves.
 
-mod common;
-
 use common::Folder;
+use klieg_support::common;
 use serde_json::Value;
 use std::time::Duration;
 

@@ -1,10 +1,9 @@
 //! Exit codes and messages: 2 with the fault named for what the user gave, 1 for the machine.
 
-mod common;
-
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use common::{Folder, ball, klieg};
+use klieg_support::common;
 
 /// Every command that loads a scene refuses one that reads outside its folder, unless it is told to.
 #[test]

@@ -1,8 +1,7 @@
 //! `klieg score`, `analyze`, `devices` and `bench`.
 
-mod common;
-
 use common::Folder;
+use klieg_support::common;
 use serde_json::{Value, json};
 
 /// Standard output as JSON, which it must be alone.
@@ -140,4 +139,30 @@ fn every_pipeline_gives_the_same_score() {
     }
     let unknown = ["score", "ball.gltf", "--preset", "headlight", "--pipeline", "none"];
     place.klieg(&unknown).assert().code(2);
+}
+
+/// Pipelines that a run has compiled are stored for the next one. Whatever is there instead does no harm.
+#[test]
+fn compiled_pipelines_are_stored_in_the_cache_folder() {
+    let place = Folder::new();
+    let arguments = ["score", "ball.gltf", "--size", "24x24", "--device", "vulkan", "--json"];
+    let run = |cache: &str| {
+        let mut command = place.klieg(&arguments);
+        let command = command.args(["--preset", "headlight"]).env("XDG_CACHE_HOME", cache);
+        let output = command.assert().success().get_output().clone();
+        let score: Value = serde_json::from_slice(&output.stdout).unwrap();
+        (score["score"].clone(), String::from_utf8(output.stderr).unwrap())
+    };
+    let cache = place.path("cache");
+    let cache = cache.to_str().unwrap();
+    let first = run(cache);
+    let [name] = &place.list("cache/klieg")[..] else { panic!("one file") };
+    let file = place.path("cache/klieg").join(name);
+    let stored = std::fs::read(&file).unwrap();
+    assert_eq!(run(cache), first);
+    std::fs::write(&file, &stored[..stored.len() / 2]).unwrap();
+    assert_eq!(run(cache), first);
+    assert_eq!(std::fs::read(&file).unwrap().len(), stored.len(), "the broken file is replaced");
+    // Mesa, whose own cache is there too, may complain.
+    assert_eq!(run(place.path("ball.gltf").to_str().unwrap()).0, first.0, "no folder");
 }

@@ -1,8 +1,6 @@
 //! Designs with each of the optimisers.
 
-mod common;
-
-use common::Folder;
+use klieg_support::common::Folder;
 
 #[test]
 fn a_greedy_search_descends_and_repeats_itself() {

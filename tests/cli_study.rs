@@ -1,8 +1,7 @@
 //! `klieg study`, from a scene to the files that it leaves.
 
-mod common;
-
 use common::Folder;
+use klieg_support::common;
 use serde_json::Value;
 
 /// Runs a study on the small scene and gives its figures.

@@ -1,16 +1,12 @@
 //! The native evaluator against the plain stages, and the rasteriser against cast rays.
 
-#[path = "support/shapes.rs"]
-mod shapes;
-#[path = "support/surfaces.rs"]
-mod surfaces;
-
 use glam::{DMat4, DVec3, Vec3};
 use klieg::cpu::{self, visibility};
 use klieg::evaluate::Evaluator;
 use klieg::lighting::Population;
 use klieg::scene::view::{Projection, View};
 use klieg::scene::{Material, Scene, Texture, TextureLevel, TextureRef, Wrap};
+use klieg_support::{shapes, surfaces};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use shapes::{camera, matt, orthographic, rectangle, scene, sphere, view};

@@ -1,14 +1,10 @@
 //! The native evaluator over populations of all sizes, and what larger work may cost it.
 
-#[path = "support/shapes.rs"]
-mod shapes;
-#[path = "support/surfaces.rs"]
-mod surfaces;
-
 use glam::DMat4;
 use klieg::cpu::{self, visibility};
 use klieg::evaluate::Evaluator;
 use klieg::lighting::{Light, Population};
+use klieg_support::{shapes, surfaces};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shapes::{matt, orthographic, scene, sphere};

@@ -1,12 +1,5 @@
 //! klieg on a device that an engine created and keeps.
 
-#[path = "support/engine.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod engine;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use ash::vk;
 use engine::{ALL, Engine, counted_lock};
 use klieg::Error;
@@ -18,6 +11,7 @@ use klieg::gpu::{
 use klieg::lighting::LightKind;
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
+use klieg_support::{engine, gpu as support};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
@@ -150,6 +144,7 @@ fn a_device_that_goes_first_is_forgotten() {
     assert!(matches!(scores(&mut made), Err(Error::Forgotten)));
     assert!(made.maps().is_ok(), "known maps need no device");
     assert!(matches!(evaluator(&context), Err(Error::Forgotten)));
+    assert!(matches!(context.pipeline_cache_data(), Err(Error::Forgotten)));
     drop((made, context));
 }
 
@@ -376,5 +371,19 @@ fn commands_begin_after_all_that_was_submitted_before() {
     assert!(begun > 3);
     assert_eq!(FOLLOWING.load(Ordering::Relaxed), begun);
     drop(context);
+    assert_eq!(engine.end(), [""; 0]);
+}
+
+#[test]
+fn a_borrowed_device_begins_with_pipelines_of_an_earlier_run() {
+    let engine = Engine::new(ALL);
+    let context = engine.context(&Tuning::default());
+    assert_eq!(context.counters().pipeline_cache, 0);
+    let pipeline_cache = context.pipeline_cache_data().unwrap();
+    let next =
+        engine.context(&Tuning { pipeline_cache: pipeline_cache.clone(), ..Tuning::default() });
+    assert!(next.counters().pipeline_cache >= 32);
+    assert_eq!(next.pipeline_cache_data().unwrap(), pipeline_cache);
+    drop((context, next));
     assert_eq!(engine.end(), [""; 0]);
 }

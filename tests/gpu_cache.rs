@@ -1,12 +1,5 @@
 //! Pipelines are made once for a context, whatever scenes and sizes its evaluators have.
 
-#[path = "support/figures.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod figures;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use figures::{instances, normal_mapped, perspective, quads};
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{ComputeShape, Context, GpuEvaluator, PipelineKind, ReadbackEvaluator, Tuning};
@@ -14,6 +7,7 @@ use klieg::lighting::shading::Shading;
 use klieg::lighting::{Light, LightKind};
 use klieg::objective::Objective;
 use klieg::scene::Scene;
+use klieg_support::{figures, gpu as support};
 use std::sync::Arc;
 use support::{assert_valid, population, rigs, with_tuning};
 

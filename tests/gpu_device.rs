@@ -1,11 +1,8 @@
 //! Choosing a device, and what is said when there is none.
 
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use klieg::Error;
 use klieg::gpu::{Context, ContextOptions, DeviceChoice, devices};
+use klieg_support::gpu as support;
 
 fn with(device: DeviceChoice) -> klieg::Result<std::sync::Arc<Context>> {
     Context::new(&ContextOptions { device, validation: true, ..Default::default() })

@@ -1,18 +1,10 @@
 //! Once a context has forgotten its device, every call on what was made there fails, and none reaches
 //! memory or functions that may be gone.
 
-#[path = "support/drawn.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod drawn;
-#[path = "support/engine.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod engine;
-#[path = "support/shapes.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod shapes;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
+use klieg_support::drawn;
+use klieg_support::engine;
+use klieg_support::gpu as support;
+use klieg_support::shapes;
 
 use ash::vk;
 use drawn::{Drawn, SAMPLED};

@@ -1,10 +1,5 @@
 //! A generation on the device against the CPU references, on maps made in the test.
 
-#[path = "support/reference.rs"]
-mod reference;
-#[path = "support/gpu.rs"]
-mod support;
-
 use klieg::cpu::CpuEvaluator;
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{GpuEvaluator, PipelineKind, Tuning};
@@ -13,6 +8,7 @@ use klieg::lighting::{LightKind, Population};
 use klieg::objective::Objective;
 use klieg::objective::maps::Maps;
 use klieg::scene::view::View;
+use klieg_support::{gpu as support, reference};
 use reference::{difference, evaluate, evaluator, reference};
 use support::{assert_valid, ball, context, maps, population, rigs, view, with_tuning};
 

@@ -2,19 +2,13 @@
 
 #![cfg(target_os = "linux")]
 
-#[path = "support/engine.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod engine;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use engine::{ALL, Engine};
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{Context, GpuEvaluator, Tuning};
 use klieg::lighting::LightKind;
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
+use klieg_support::{engine, gpu as support};
 use std::sync::Arc;
 use support::{ball, population, rigs, view};
 

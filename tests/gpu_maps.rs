@@ -1,9 +1,6 @@
 //! The device's maps of a view against the native evaluator's, for scenes built here and those of
 //! `scenes/`.
 
-#[path = "support/figures.rs"]
-mod figures;
-
 use figures::{
     camera, flat, grid, instances, masked, normal_mapped, perspective, plain, quads, scene,
     textured,
@@ -17,6 +14,7 @@ use klieg::objective::Objective;
 use klieg::objective::maps::{Maps, Surface};
 use klieg::scene::view::{Camera, Projection, View};
 use klieg::scene::{Scene, Wrap};
+use klieg_support::figures;
 use std::path::Path;
 use std::sync::Arc;
 

@@ -1,18 +1,6 @@
 //! Pictures that an engine renders itself: the stage `pictures` against its reference, and the scores that
 //! follow.
 
-#[path = "support/drawn.rs"]
-mod drawn;
-#[path = "support/engine.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod engine;
-#[path = "support/reference.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod reference;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use ash::vk;
 use drawn::{Drawn, SAMPLED, borrow, import, on_an_engine};
 use engine::{Frame, HostBuffer, Texture};
@@ -23,6 +11,7 @@ use klieg::math::color::srgb_decode;
 use klieg::objective::Objective;
 use klieg::objective::maps::PixelType;
 use klieg::scene::engine::{PictureChannels, PictureEncoding, PictureFormat};
+use klieg_support::{drawn, engine, gpu as support, reference};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reference::difference;
@@ -387,10 +376,9 @@ fn what_is_not_there_is_refused() {
                 assert_eq!(made.is_ok(), fits, "{count} from {first}");
             }
             // SAFETY: as above.
-            assert!(
-                unsafe { evaluator.record(cmd, &imported, u32::MAX, 2, ScoreTarget::Mapped) }
-                    .is_err()
-            );
+            let made =
+                unsafe { evaluator.record(cmd, &imported, u32::MAX, 2, ScoreTarget::Mapped) };
+            assert!(made.is_err());
         });
         let fault = evaluator.evaluate(&imported, 5, &mut [0.0; 5]).unwrap_err();
         assert!(fault.is_input() && fault.to_string().contains("4 layers"), "{fault}");

@@ -1,14 +1,5 @@
 //! The pipelines of a generation against the CPU references, and against each other.
 
-#[path = "support/figures.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod figures;
-#[path = "support/reference.rs"]
-mod reference;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use figures::{instances, masked, normal_mapped, perspective, quads};
 use klieg::evaluate::{Evaluator, Inspection};
 use klieg::gpu::{ComputeShape, Context, GpuEvaluator, PipelineKind, Tuning};
@@ -18,6 +9,7 @@ use klieg::objective::Objective;
 use klieg::objective::maps::Maps;
 use klieg::scene::Scene;
 use klieg::scene::view::View;
+use klieg_support::{figures, gpu as support, reference};
 use reference::{difference, evaluate, evaluator, reference};
 use std::sync::Arc;
 use support::{assert_valid, ball, maps, population, rigs, view, with_tuning};

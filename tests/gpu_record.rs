@@ -1,18 +1,12 @@
 //! Evaluations that an engine records into its own command buffers.
 
-#[path = "support/engine.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod engine;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use engine::{ALL, Engine, Frame, HostBuffer, tunings};
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{Context, GpuEvaluator, ScoreTarget};
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{LightKind, Population};
 use klieg::objective::Objective;
+use klieg_support::{engine, gpu as support};
 use std::sync::Arc;
 use support::{ball, population, rigs, view};
 

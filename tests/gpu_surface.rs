@@ -1,18 +1,5 @@
 //! An engine's own surface: the stage `surface` against its reference, and the scores that follow.
 
-#[path = "support/engine.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod engine;
-#[path = "support/figures.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod figures;
-#[path = "support/reference.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod reference;
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod support;
-
 use ash::vk;
 use engine::{ALL, Engine, Frame, HostBuffer, Texture, tunings};
 use glam::dcamera::rh::{proj, view as looking};
@@ -28,6 +15,7 @@ use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
 use klieg::objective::maps::{Maps, PixelType, Surface};
 use klieg::scene::engine::{EngineCamera, NormalCode, NormalSpace, SurfaceFormat};
+use klieg_support::{engine, figures, gpu as support, reference};
 use reference::{difference, reference};
 use std::sync::Arc;
 use support::{population, rigs};

@@ -1,12 +1,7 @@
 //! Pages that klieg writes, in a real browser.
 
-#[path = "support/browser.rs"]
-mod browser;
-mod common;
-#[path = "support/npm.rs"]
-mod npm;
-
 use common::Folder;
+use klieg_support::{browser, common};
 use serde_json::Value;
 use std::path::PathBuf;
 

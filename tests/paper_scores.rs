@@ -1,9 +1,5 @@
 //! The paper's objective keeps its bits: stored scores of the project's scenes.
 
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "every test program uses its own part")]
-mod support;
-
 use klieg::cpu::{self, CpuEvaluator};
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{Context, ContextOptions, GpuEvaluator, PipelineKind};
@@ -12,8 +8,8 @@ use klieg::lighting::{Light, LightKind};
 use klieg::objective::Objective;
 use klieg::scene::Scene;
 use klieg::scene::view::View;
+use klieg_support::gpu::{population, rigs};
 use std::path::Path;
-use support::{population, rigs};
 
 /// The driver whose bits are stored; any other has to come close.
 const STORED_DRIVER: &str = "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)";

@@ -1,9 +1,5 @@
 //! The project's own scenes: both evaluators against the CPU references, and whole designs.
 
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "every test program uses its own part")]
-mod support;
-
 use klieg::cpu::{self, CpuEvaluator};
 use klieg::design::{self, Outcome, start};
 use klieg::evaluate::{Evaluator, Inspection};
@@ -16,6 +12,7 @@ use klieg::objective::Objective;
 use klieg::optimize::{self, GeneticSettings, Settings, Setup};
 use klieg::scene::Scene;
 use klieg::scene::view::View;
+use klieg_support::gpu as support;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::ops::ControlFlow;

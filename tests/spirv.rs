@@ -1,4 +1,4 @@
-//! The checked-in SPIR-V of `shaders/spirv/`, which builds without a shader compiler take, against what
+//! The checked-in SPIR-V of `src/gpu/spirv/`, which builds without a shader compiler take, against what
 //! this build has compiled.
 #![cfg(feature = "shaderc")]
 
@@ -23,7 +23,7 @@ fn files(folder: &Path) -> Files {
 }
 
 fn stored_folder() -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders/spirv")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu/spirv")
 }
 
 fn built() -> Files {
@@ -76,7 +76,7 @@ fn the_checked_in_spirv_is_up_to_date() {
         }
     }
     let faults = faults(&files(&folder), &built);
-    assert!(faults.is_empty(), "shaders/spirv is {faults:?}; `make spirv` makes it anew");
+    assert!(faults.is_empty(), "src/gpu/spirv is {faults:?}; `make spirv` makes it anew");
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn the_package_has_all_that_a_build_reads() {
     let packaged = cargo(&["package", "--list", "--allow-dirty"]);
     let packaged: Vec<_> = packaged.lines().collect();
     let stored = files(&stored_folder()).into_keys();
-    for file in stored.map(|name| format!("shaders/spirv/{name}")).chain([
+    for file in stored.map(|name| format!("src/gpu/spirv/{name}")).chain([
         "build/main.rs".into(),
         "build/stored.rs".into(),
         "src/constants.rs".into(),

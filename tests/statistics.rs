@@ -1,10 +1,6 @@
 //! Every statistic, in every way that there is to measure it, against the CPU references: all terms at once,
 //! under coloured lights and spots, with either BRDF.
 
-#[path = "support/gpu.rs"]
-#[allow(dead_code, reason = "every test program uses its own part")]
-mod support;
-
 use glam::Vec3;
 use klieg::cpu::{self, CpuEvaluator};
 use klieg::evaluate::Evaluator;
@@ -16,10 +12,10 @@ use klieg::objective::maps::{Maps, PixelType};
 use klieg::objective::terms::TERMS;
 use klieg::objective::{Objective, Quality, Terms};
 use klieg::scene::view::View;
+use klieg_support::gpu::{assert_valid, ball, view, with_tuning};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
-use support::{assert_valid, ball, view, with_tuning};
 
 const TOLERANCE: f32 = 1e-4;
 

@@ -107,6 +107,7 @@ impl Pass {
             .layers(1);
         // SAFETY: pass and views are of this device.
         let framebuffer = unsafe { gpu.device.create_framebuffer(&info, None)? };
+        // SAFETY: at the end nothing uses it any more.
         gpu.finally(move |device| unsafe { device.destroy_framebuffer(framebuffer, None) });
         // All is cleared to zeros: the depth because it is reversed, the ids for the background.
         let clears = vec![vk::ClearValue::default(); images.len()];
@@ -185,6 +186,7 @@ fn render_pass(gpu: &Gpu, images: &[Image], layout: vk::ImageLayout) -> Result<v
         .dependencies(&dependencies);
     // SAFETY: the device is alive; the info is complete.
     let pass = unsafe { gpu.device.create_render_pass(&info, None)? };
+    // SAFETY: at the end nothing uses it any more.
     gpu.finally(move |device| unsafe { device.destroy_render_pass(pass, None) });
     Ok(pass)
 }
@@ -257,6 +259,7 @@ fn pipeline(
     let made =
         unsafe { gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
     let pipeline = made.map_err(|(_, result)| result)?[0];
+    // SAFETY: at the end nothing uses it any more.
     gpu.finally(move |device| unsafe { device.destroy_pipeline(pipeline, None) });
     Ok(pipeline)
 }

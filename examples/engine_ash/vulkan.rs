@@ -102,6 +102,7 @@ impl Gpu {
             vk::MemoryAllocateInfo::default().allocation_size(needed.size).memory_type_index(kind);
         // SAFETY: the device is alive; the memory goes after what is bound to it.
         let memory = unsafe { self.device.allocate_memory(&info, None)? };
+        // SAFETY: at the end nothing uses it any more.
         self.finally(move |device| unsafe { device.free_memory(memory, None) });
         Ok(memory)
     }
@@ -118,6 +119,7 @@ impl Gpu {
         let info = vk::ShaderModuleCreateInfo::default().code(code.as_binary());
         // SAFETY: the device is alive, and the code is a compiler's.
         let module = unsafe { self.device.create_shader_module(&info, None)? };
+        // SAFETY: at the end nothing uses it any more.
         self.finally(move |device| unsafe { device.destroy_shader_module(module, None) });
         Ok(module)
     }
@@ -189,6 +191,7 @@ impl Gpu {
             .subresource_range(range);
         // SAFETY: the image is of this device; the view goes before it.
         let view = unsafe { self.device.create_image_view(&info, None)? };
+        // SAFETY: at the end nothing uses it any more.
         self.finally(move |device| unsafe { device.destroy_image_view(view, None) });
         Ok(view)
     }

@@ -2,12 +2,12 @@
 
 use super::device::{borrowed, klieg_device};
 use super::edge::{
-    Fault, Opaque, Outcome, body, choice, destroy, free_call, given, make, put, text,
+    self, Fault, Opaque, Outcome, array, body, choice, destroy, free_call, given, make, put, text,
 };
 use super::error::*;
 use super::requirements::{as_needs, klieg_needs};
 use crate::gpu::{ComputeShape, Context, ContextOptions, DeviceChoice, PipelineKind, Tuning};
-use std::ffi::{CString, c_char};
+use std::ffi::{CString, c_char, c_void};
 use std::sync::Arc;
 
 /// A Vulkan device, one queue of it, and memory. Threads may share it, each with evaluators of its own.
@@ -54,6 +54,12 @@ pub struct klieg_tuning {
     pub pipeline: klieg_pipeline,
     /// The shape of pipeline `compute`.
     pub shape: klieg_shape,
+    /// What `klieg_context_pipeline_cache` gave earlier, read during the call: pipelines that are in it need
+    /// not be compiled again. Data that are damaged, or of another device, driver or version of klieg are
+    /// as good as none; `NULL` for none.
+    pub pipeline_cache: *const c_void,
+    /// Bytes of it.
+    pub pipeline_cache_size: usize,
 }
 
 /// What klieg has made and read since the context began.
@@ -70,16 +76,22 @@ pub struct klieg_counters {
     pub bytes_read: u64,
     /// Bytes of device memory that are taken at the moment, what the allocator keeps for later included.
     pub memory: u64,
+    /// Bytes of `klieg_tuning::pipeline_cache` that the driver began with.
+    pub pipeline_cache: u64,
 }
 
 /// Sets everything to be chosen by klieg. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_tuning_defaults(tuning: *mut klieg_tuning) -> klieg_status {
-    let (pipeline, shape) = (KLIEG_PIPELINE_AUTO, KLIEG_SHAPE_AUTO);
+    let defaults = klieg_tuning {
+        picture_memory: 0,
+        pipeline: KLIEG_PIPELINE_AUTO,
+        shape: KLIEG_SHAPE_AUTO,
+        pipeline_cache: std::ptr::null(),
+        pipeline_cache_size: 0,
+    };
     // SAFETY: the caller's pointer.
-    free_call(|| unsafe {
-        put(tuning, klieg_tuning { picture_memory: 0, pipeline, shape }, "tuning")
-    })
+    free_call(|| unsafe { put(tuning, defaults, "tuning") })
 }
 
 /// Makes a context on a device of klieg's own. Any thread.
@@ -189,9 +201,42 @@ pub unsafe extern "C" fn klieg_context_counters(
             descriptors: made.descriptors,
             bytes_read: made.bytes_read,
             memory: context.memory_taken(),
+            pipeline_cache: made.pipeline_cache,
         };
         // SAFETY: the caller's pointer.
         unsafe { put(counters, told, "counters") }
+    })
+}
+
+/// Gives the pipelines compiled so far, and those of earlier runs, for `klieg_tuning::pipeline_cache` of a
+/// later one: `*size` bytes, written to `data` where it has `room` for them. Any thread.
+///
+/// `KLIEG_ERROR_ARGUMENT` where `room` is not enough; `*size` is told all the same. `data` may be `NULL`
+/// where `room` is 0, which asks for the size alone.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn klieg_context_pipeline_cache(
+    context: *const klieg_context,
+    data: *mut c_void,
+    room: usize,
+    size: *mut usize,
+) -> klieg_status {
+    free_call(|| {
+        // SAFETY: the caller's handle and pointers.
+        unsafe {
+            put(size, 0, "size")?;
+            let compiled = body(context, "context")?.context.pipeline_cache_data()?;
+            put(size, compiled.len(), "size")?;
+            if room == 0 {
+                return Ok(());
+            }
+            let room = edge::room(data.cast::<u8>(), room, "data")?;
+            let Some(place) = room.get_mut(..compiled.len()) else {
+                let text = format!("data has room for {} of {} bytes", room.len(), compiled.len());
+                return Err(Fault::argument(text));
+            };
+            place.copy_from_slice(&compiled);
+            Ok(())
+        }
     })
 }
 
@@ -218,7 +263,7 @@ fn check_version(version: u32) -> Outcome {
 }
 
 /// # Safety
-/// `tuning` is `NULL` or valid.
+/// `tuning` is `NULL` or valid, and so is what it points to.
 unsafe fn as_tuning(tuning: *const klieg_tuning) -> Outcome<Tuning> {
     use PipelineKind::{Compute, Forward, Layered};
     let pipelines = [None, Some(Compute), Some(Layered), Some(Forward)];
@@ -226,12 +271,17 @@ unsafe fn as_tuning(tuning: *const klieg_tuning) -> Outcome<Tuning> {
     // SAFETY: the caller's promise.
     match unsafe { tuning.as_ref() } {
         None => Ok(Tuning::default()),
-        Some(&klieg_tuning { picture_memory, pipeline, shape }) => Ok(Tuning {
-            any_lights: false,
-            picture_memory: (picture_memory > 0).then_some(picture_memory),
-            pipeline: choice(&pipelines, pipeline, "pipeline")?,
-            shape: choice(&shapes, shape, "shape")?,
-        }),
+        Some(tuning) => {
+            let (data, size) = (tuning.pipeline_cache.cast::<u8>(), tuning.pipeline_cache_size);
+            Ok(Tuning {
+                any_lights: false,
+                picture_memory: (tuning.picture_memory > 0).then_some(tuning.picture_memory),
+                pipeline: choice(&pipelines, tuning.pipeline, "pipeline")?,
+                shape: choice(&shapes, tuning.shape, "shape")?,
+                // SAFETY: the caller's promise.
+                pipeline_cache: unsafe { array(data, size, "pipeline_cache") }?.to_vec(),
+            })
+        }
     }
 }
 

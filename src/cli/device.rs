@@ -4,6 +4,7 @@
 //! native CPU evaluator.
 
 use super::config::Settings;
+use super::pipelines::{self, Stored};
 use super::values::Device;
 use crate::evaluate::DeviceInfo;
 use crate::gpu::{self, Context, ContextOptions, DeviceChoice, DeviceReport, Tuning};
@@ -14,8 +15,8 @@ use std::sync::Arc;
 pub(super) enum Opened {
     /// The native CPU evaluator.
     Cpu,
-    /// A Vulkan device.
-    Vulkan(Arc<Context>),
+    /// A Vulkan device, whose pipelines are stored when its last user has gone.
+    Vulkan(Arc<Stored>),
 }
 
 /// What a [`Device`] stands for on this machine.
@@ -47,14 +48,20 @@ pub(super) fn open(device: &Device, settings: &Settings) -> Result<Opened> {
     match (choose(device, &reports), fault) {
         (Ok(Chosen::Cpu), _) => Ok(Opened::Cpu),
         (Ok(Chosen::Vulkan(index)), _) => {
+            let folder = pipelines::folder();
+            let earlier = folder.as_deref().map_or_else(Vec::new, |folder| {
+                pipelines::load(folder, reports[index].pipeline_cache_key)
+            });
             let tuning = Tuning {
+                pipeline_cache: earlier.clone(),
                 pipeline: settings.pipeline.kind(),
                 picture_memory: settings.memory.map(|mebibytes| u64::from(mebibytes) << 20),
                 ..Tuning::default()
             };
             let device = DeviceChoice::Index(index);
             let options = ContextOptions { device, tuning, ..ContextOptions::default() };
-            Context::new(&options).map(Opened::Vulkan)
+            let context = Context::new(&options)?;
+            Ok(Opened::Vulkan(Arc::new(Stored::new(context, folder, earlier))))
         }
         (Err(_), Some(no_vulkan)) => Err(no_vulkan),
         (Err(fault), None) => Err(fault),

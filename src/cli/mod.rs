@@ -11,6 +11,7 @@ mod devices;
 pub mod optimizer;
 mod options;
 mod paper;
+mod pipelines;
 mod print;
 mod progress;
 mod score;

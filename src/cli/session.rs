@@ -2,6 +2,7 @@
 
 use super::config::{Settings, ViewSettings};
 use super::device::{self, Opened};
+use super::pipelines::Stored;
 use super::values::{Device, Size};
 use crate::Error;
 use crate::cpu::{self, CpuEvaluator};
@@ -31,8 +32,8 @@ pub(super) const SIZE: Size = Size([512, 512]);
 pub(super) enum Engine {
     /// Native.
     Cpu(Box<CpuEvaluator>),
-    /// On a Vulkan device.
-    Vulkan(Box<GpuEvaluator>),
+    /// On a Vulkan device, and what stores its pipelines.
+    Vulkan { gpu: Box<GpuEvaluator>, _stored: Arc<Stored> },
 }
 
 impl Engine {
@@ -40,7 +41,7 @@ impl Engine {
     pub fn boxed(self) -> Box<dyn Evaluator> {
         match self {
             Self::Cpu(evaluator) => evaluator,
-            Self::Vulkan(evaluator) => evaluator,
+            Self::Vulkan { gpu, .. } => gpu,
         }
     }
 
@@ -48,7 +49,7 @@ impl Engine {
     pub fn stage_times(&self) -> &[(&'static str, f64)] {
         match self {
             Self::Cpu(_) => &[],
-            Self::Vulkan(evaluator) => evaluator.timings(),
+            Self::Vulkan { gpu, .. } => gpu.timings(),
         }
     }
 }
@@ -59,7 +60,7 @@ impl Deref for Engine {
     fn deref(&self) -> &Self::Target {
         match self {
             Self::Cpu(evaluator) => &**evaluator,
-            Self::Vulkan(evaluator) => &**evaluator,
+            Self::Vulkan { gpu, .. } => &**gpu,
         }
     }
 }
@@ -68,7 +69,7 @@ impl DerefMut for Engine {
     fn deref_mut(&mut self) -> &mut Self::Target {
         match self {
             Self::Cpu(evaluator) => &mut **evaluator,
-            Self::Vulkan(evaluator) => &mut **evaluator,
+            Self::Vulkan { gpu, .. } => &mut **gpu,
         }
     }
 }
@@ -276,9 +277,9 @@ fn evaluator_on(
             let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
             Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?))
         }
-        Opened::Vulkan(context) => {
-            let evaluator = GpuEvaluator::new(context, scene, view, objective, shading)?;
-            Engine::Vulkan(Box::new(evaluator))
+        Opened::Vulkan(stored) => {
+            let gpu = GpuEvaluator::new(&stored.context, scene, view, objective, shading)?;
+            Engine::Vulkan { gpu: Box::new(gpu), _stored: Arc::clone(stored) }
         }
     })
 }
@@ -288,7 +289,7 @@ pub(super) fn announce(evaluator: &Engine) {
     let device = evaluator.device();
     let pipeline = match evaluator {
         Engine::Cpu(_) => String::new(),
-        Engine::Vulkan(gpu) => format!(", pipeline {}", gpu.pipeline()),
+        Engine::Vulkan { gpu, .. } => format!(", pipeline {}", gpu.pipeline()),
     };
     eprintln!("device: {} ({}, {}){pipeline}", device.name, device.kind, device.driver);
 }

@@ -271,6 +271,35 @@ static void cycle_once(const klieg_context *context, int leak) {
     klieg_designer_destroy(designer);
 }
 
+/* What has been compiled goes into another context. */
+static void keep_pipelines(const klieg_context *context) {
+    klieg_tuning tuning;
+    klieg_context *next;
+    klieg_counters counters;
+    size_t size = 0, again = 0;
+    CHECK(NULL, klieg_context_pipeline_cache(context, NULL, 0, &size));
+    char *data = malloc(size);
+    EXPECT(size > 32 && data != NULL);
+    REFUSE(NULL, klieg_context_pipeline_cache(context, data, 7, &again), KLIEG_ERROR_ARGUMENT,
+           "room for 7");
+    EXPECT(again == size);
+    CHECK(NULL, klieg_context_pipeline_cache(context, data, size, &again));
+    CHECK(NULL, klieg_tuning_defaults(&tuning));
+    tuning.pipeline_cache = data;
+    tuning.pipeline_cache_size = size;
+    for (int damaged = 0; damaged < 2; damaged++) {
+        data[size - 1] = (char)(data[size - 1] + damaged);
+        CHECK(NULL, klieg_context_create(KLIEG_VERSION, NULL, &tuning, &next));
+        CHECK(next, klieg_context_counters(next, &counters));
+        EXPECT((counters.pipeline_cache > 0) == !damaged);
+        klieg_context_destroy(next);
+    }
+    tuning.pipeline_cache = NULL;
+    REFUSE(NULL, klieg_context_create(KLIEG_VERSION, NULL, &tuning, &next), KLIEG_ERROR_ARGUMENT,
+           "pipeline_cache is NULL");
+    free(data);
+}
+
 /* Everything but contexts. */
 static void cycles(int count, int leak) {
     klieg_context *context;
@@ -327,6 +356,8 @@ int main(int count, char **arguments) {
     CHECK(NULL, klieg_requirements_for(KLIEG_NEEDS_ALL, &requirements));
     EXPECT(requirements.features.geometry_shader && requirements.limit_count > 0);
     EXPECT(strncmp(requirements.limits[0].name, "max", 3) == 0);
+
+    keep_pipelines(context);
 
     klieg_scene *scene = make_scene();
     double center[3], radius;

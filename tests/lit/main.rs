@@ -2,8 +2,6 @@
 
 mod files;
 mod fixtures;
-#[path = "../support/npm.rs"]
-mod npm;
 mod validator;
 
 use fixtures::{glb, parse_glb, png, positions, rig, scene, triangle, views, write, write_all};

@@ -1,9 +1,9 @@
 //! Lit scenes pass the Khronos glTF validator, which runs on Node.js (`tests/validator/`).
 
 use super::fixtures::{glb, positions, rig, triangle, views, write, write_all};
-use super::npm;
 use klieg::scene::lit;
 use klieg::scene::load::FileAccess::SceneFolder;
+use klieg_support::npm;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

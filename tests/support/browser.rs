@@ -1,6 +1,6 @@
 //! Pages in a real browser: headless Chromium, driven by `tests/browser/check.mjs`.
 
-use super::npm;
+use crate::npm;
 use serde::Deserialize;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! An engine's view of known maps, on its device, and the pictures that it renders of it.
 
-use super::engine::{Engine, Texture};
-use super::support::view;
+use crate::engine::{Engine, Texture};
+use crate::gpu::view;
 use ash::vk;
 use glam::{DMat4, DVec3};
 use klieg::cpu;

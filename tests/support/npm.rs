@@ -26,8 +26,8 @@ fn output(command: &mut Command) -> Vec<u8> {
 fn installed(tool: &str, script: &str) -> PathBuf {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(tool);
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(tool);
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(tool);
+    let folder = crate::temporary().join(tool);
     std::fs::create_dir_all(&folder).expect("a folder for the tool");
     for name in ["package.json", script] {
         std::fs::copy(source.join(name), folder.join(name)).expect("a copied file");

@@ -1,6 +1,6 @@
 //! What the device measures, and what the CPU references measure on the same maps.
 
-use super::support::population;
+use crate::gpu::population;
 use klieg::cpu;
 use klieg::evaluate::{Evaluator, Inspection};
 use klieg::gpu::{Context, GpuEvaluator};

@@ -1,7 +1,7 @@
 //! Visible surfaces made in code, and what compares the native evaluator with the plain stages on
 //! them.
 
-use super::shapes::{camera, matt, rectangle, scene, view};
+use crate::shapes::{camera, matt, rectangle, scene, view};
 use glam::{DMat4, DVec3, Vec3};
 use klieg::cpu::{CpuEvaluator, fitness};
 use klieg::evaluate::Evaluator;

@@ -120,11 +120,12 @@ impl Machine {
                 Self::Alone(pool.install(engine)?, pool)
             }
             How::Readback => {
-                let Opened::Vulkan(context) = device::open(device, &settings)? else {
+                let Opened::Vulkan(stored) = device::open(device, &settings)? else {
                     unreachable!("methods read back from Vulkan devices only");
                 };
                 let (objective, shading) = (settings.objective, settings.shading);
-                let evaluator = ReadbackEvaluator::new(&context, scene, view, objective, shading)?;
+                let evaluator =
+                    ReadbackEvaluator::new(&stored.context, scene, view, objective, shading)?;
                 Self::Readback(Box::new(evaluator))
             }
         })
@@ -159,7 +160,7 @@ impl Machine {
     /// The pipeline's name; `native` or `readback` for the baselines.
     pub fn pipeline(&self) -> String {
         match self {
-            Self::Whole(Engine::Vulkan(evaluator)) => evaluator.pipeline().to_string(),
+            Self::Whole(Engine::Vulkan { gpu, .. }) => gpu.pipeline().to_string(),
             Self::Whole(Engine::Cpu(_)) | Self::Alone(..) => "native".into(),
             Self::Readback(_) => "readback".into(),
         }
@@ -180,7 +181,7 @@ impl Machine {
     /// What the device reports.
     pub fn objects(&mut self) -> Result<u32> {
         Ok(match self {
-            Self::Whole(Engine::Vulkan(evaluator)) => evaluator.objects(),
+            Self::Whole(Engine::Vulkan { gpu, .. }) => gpu.objects(),
             Self::Whole(engine) | Self::Alone(engine, _) => engine.maps()?.counts.object(),
             Self::Readback(evaluator) => evaluator.maps()?.counts.object(),
         })
@@ -201,7 +202,7 @@ impl Machine {
 
     fn vulkan(&self) -> Option<&Arc<Context>> {
         match self {
-            Self::Whole(Engine::Vulkan(evaluator)) => Some(evaluator.context()),
+            Self::Whole(Engine::Vulkan { gpu, .. }) => Some(gpu.context()),
             Self::Readback(evaluator) => Some(evaluator.context()),
             _ => None,
         }

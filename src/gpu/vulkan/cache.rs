@@ -5,6 +5,7 @@
 //! those of some stages once more for each number of lights a rig.
 
 use super::pipeline::Binding;
+use super::pipeline_cache::PipelineCache;
 use crate::Result;
 #[cfg(doc)]
 use crate::gpu::Context;
@@ -38,6 +39,8 @@ pub struct Cache {
     pub passes: Kept<(&'static str, Vec<vk::Format>), vk::RenderPass>,
     /// By all that they differ in.
     pub pipelines: Kept<PipelineKey, vk::Pipeline>,
+    /// What the driver has compiled for them, in this run and in earlier ones.
+    pub compiled: PipelineCache,
 }
 
 impl Cache {
@@ -53,6 +56,7 @@ impl Cache {
             self.passes.drain(|pass| device.destroy_render_pass(pass, None));
             self.layouts.drain(|layout| device.destroy_pipeline_layout(layout, None));
             self.set_layouts.drain(|layout| device.destroy_descriptor_set_layout(layout, None));
+            device.destroy_pipeline_cache(self.compiled.raw, None);
         }
     }
 }

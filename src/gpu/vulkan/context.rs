@@ -8,6 +8,7 @@ use super::devices::{self, DeviceChoice, DeviceReport};
 use super::features::EnabledFeatures;
 use super::instance::{API_VERSION, OwnedInstance};
 use super::owner::{Owner, create_device};
+use super::pipeline_cache::PipelineCache;
 use super::requirements::{self, Given, Needs};
 use crate::gpu::vulkan::Call;
 use crate::{Error, Result};
@@ -29,7 +30,7 @@ pub struct ContextOptions {
 }
 
 /// How the evaluators of a [`Context`] work.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tuning {
     /// Bytes for the pictures of a population, at most; a population that needs more is drawn in
     /// several parts. Half of the device's memory where not given.
@@ -42,6 +43,10 @@ pub struct Tuning {
     /// Whether evaluators are made for coloured lights and spots from the start. An evaluator of a scene is
     /// made so when it first meets such a light; one that records into an engine's commands cannot be.
     pub any_lights: bool,
+    /// What [`Context::pipeline_cache_data`] gave earlier: pipelines that are in it need not be compiled
+    /// again. Data that are empty, damaged, or of another device, driver or version of klieg are as
+    /// good as none.
+    pub pipeline_cache: Vec<u8>,
 }
 
 /// What has been made and read back since the context began.
@@ -55,6 +60,8 @@ pub struct Counters {
     pub descriptors: u64,
     /// Bytes that the host read from the device's buffers.
     pub bytes_read: u64,
+    /// Bytes of [`Tuning::pipeline_cache`] that the driver began with.
+    pub pipeline_cache: u64,
 }
 
 #[derive(Default)]
@@ -204,11 +211,13 @@ impl Context {
             .picture_memory
             .unwrap_or(report.memory / 2)
             .min(requirements::largest_allocation(instance, physical));
+        let compiled =
+            PipelineCache::new(instance, physical, owner.device(), &tuning.pipeline_cache);
         Ok(Arc::new(Self {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             queue: Mutex::new(queue),
             queue_lock,
-            cache: Cache::default(),
+            cache: Cache { compiled, ..Cache::default() },
             counters: AtomicCounters::default(),
             debug,
             report,
@@ -292,6 +301,7 @@ impl Context {
             pipelines: self.counters.pipelines.load(Ordering::Relaxed),
             descriptors: self.counters.descriptors.load(Ordering::Relaxed),
             bytes_read: self.counters.bytes_read.load(Ordering::Relaxed),
+            pipeline_cache: self.cache.compiled.given,
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::choice::{ComputeShape, PipelineKind, Together};
 use super::instance::OwnedInstance;
+use super::pipeline_cache;
 use super::requirements::{self, Given, Needs};
 use crate::evaluate::DeviceInfo;
 use crate::gpu::vulkan::Call;
@@ -50,6 +51,10 @@ pub struct DeviceReport {
     pub shape: ComputeShape,
     /// Why.
     pub pipeline_reason: &'static str,
+    /// Names what [`Context::pipeline_cache_data`](crate::gpu::Context::pipeline_cache_data) is good for: the
+    /// device with its driver, and this version of klieg.
+    #[serde(skip)]
+    pub pipeline_cache_key: u64,
     /// What it lacks for klieg, in words; empty where klieg can run.
     pub lacks: Vec<String>,
 }
@@ -149,9 +154,12 @@ pub(in crate::gpu) fn report(
     };
     let limits = &properties.limits;
     let version = properties.api_version;
-    let together = match version >= vk::API_VERSION_1_1 {
-        true => requirements::together(instance, device, (given.api_version, given.enabled)),
-        false => Together::default(),
+    let (together, pipeline_cache_key) = match version >= vk::API_VERSION_1_1 {
+        true => (
+            requirements::together(instance, device, (given.api_version, given.enabled)),
+            pipeline_cache::key(instance, device),
+        ),
+        false => (Together::default(), 0),
     };
     let software = properties.device_type == vk::PhysicalDeviceType::CPU;
     let (shape, pipeline_reason) = ComputeShape::best(software, together);
@@ -186,6 +194,7 @@ pub(in crate::gpu) fn report(
         pipeline: PipelineKind::Compute,
         shape,
         pipeline_reason,
+        pipeline_cache_key,
         lacks: requirements::lacking(
             instance,
             device,
@@ -238,6 +247,7 @@ mod tests {
             pipeline: PipelineKind::Compute,
             shape: ComputeShape::Tiles,
             pipeline_reason: "",
+            pipeline_cache_key: 0,
             lacks: lacks.iter().map(ToString::to_string).collect(),
         }
     }

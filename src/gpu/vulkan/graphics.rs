@@ -235,7 +235,7 @@ impl GraphicsPipeline<'_> {
             .color_blend_state(&blend)
             .layout(self.layout.raw())
             .render_pass(self.pass.raw)];
-        let cache = vk::PipelineCache::null();
+        let cache = context.cache().compiled.raw;
         // SAFETY: everything that `info` names is alive, and the shaders were written for the
         // layout and the pass.
         let made = unsafe { context.device()?.create_graphics_pipelines(cache, &info, None) };

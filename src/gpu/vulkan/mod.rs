@@ -13,6 +13,7 @@ pub mod instance;
 pub mod memory;
 pub mod owner;
 pub mod pipeline;
+pub mod pipeline_cache;
 pub mod requirements;
 pub mod staging;
 

@@ -336,7 +336,7 @@ impl Pipeline {
                 stage.flags |= vk::PipelineShaderStageCreateFlags::REQUIRE_FULL_SUBGROUPS;
             }
             let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.0)];
-            let cache = vk::PipelineCache::null();
+            let cache = context.cache().compiled.raw;
             // SAFETY: module, layout and size are alive, and the shader was written for the layout; a size
             // is required only where the feature is enabled and the device offers it.
             let made = unsafe { context.device()?.create_compute_pipelines(cache, &info, None) };
