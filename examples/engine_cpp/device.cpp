@@ -11,7 +11,9 @@ namespace {
 VKAPI_ATTR VkBool32 VKAPI_CALL note(VkDebugUtilsMessageSeverityFlagBitsEXT,
                                     VkDebugUtilsMessageTypeFlagsEXT,
                                     const VkDebugUtilsMessengerCallbackDataEXT* data, void*) {
-    validation_messages.emplace_back(data->pMessage);
+    // Newer layers leave the broken rule's name out of the text.
+    const char* rule = data->pMessageIdName ? data->pMessageIdName : "";
+    validation_messages.push_back(rule + (": " + std::string(data->pMessage)));
     return VK_FALSE;
 }
 

@@ -1,8 +1,9 @@
 /* An engine in C that lends klieg its device: with a lock for its queue and an allocator, at all three
  * levels, in its own command buffers.
  *
- * borrow [validate] [forget] [leak]   under the validation layer; with klieg's objects left to a device that
- *                                     goes first; with an evaluator left behind */
+ * borrow [validate] [hazard] [forget] [leak]   under the validation layer; with a barrier that is missing;
+ *                                              with klieg's objects left to a device that goes first; with an
+ *                                              evaluator left behind */
 
 #include "engine.h"
 
@@ -214,6 +215,17 @@ static void level_3(const klieg_context *context, picture depth) {
     drop_floats(content);
 }
 
+/* Writes the same memory twice, with nothing between. */
+static void write_twice(void) {
+    floats target = make_floats(1);
+    VkCommandBuffer commands = begin();
+    for (uint32_t value = 0; value < 2; value++) {
+        vkCmdFillBuffer(commands, target.buffer, 0, VK_WHOLE_SIZE, value);
+    }
+    finish(commands);
+    drop_floats(target);
+}
+
 static void refuse_devices(void) {
     klieg_context *context;
     klieg_device poor = lent();
@@ -256,6 +268,9 @@ int main(int count, char **arguments) {
     record_rigs(evaluator);
     level_2(context, depth);
     level_3(context, depth);
+    if (given(count, arguments, "hazard")) {
+        write_twice();
+    }
     CHECK(context, klieg_context_counters(context, &counters));
     EXPECT(locked > 10 && !held && alive > 0 && counters.memory == (uint64_t)alive);
     EXPECT(counters.pipelines > 0 && counters.allocations >= (uint64_t)alive);
@@ -275,7 +290,7 @@ int main(int count, char **arguments) {
     vkDestroyCommandPool(device, pool, NULL);
     if (!given(count, arguments, "leak")) {
         vkDestroyDevice(device, NULL);
-        vkDestroyInstance(instance, NULL);
+        destroy_instance();
     }
     return 0;
 }

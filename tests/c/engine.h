@@ -9,14 +9,50 @@ enum { SIDE = 32, PIXELS = SIDE * SIDE };
 static VkInstance instance;
 /* Keeps the driver loaded, so that a leak's report can name it. */
 static VkInstance kept;
+static VkDebugUtilsMessengerEXT messenger;
 static VkPhysicalDevice physical;
 static VkDevice device;
 static VkQueue queue;
 static VkCommandPool pool;
 static klieg_features features;
 
+/* Prints what the validation layer complains of, the name of the broken rule first. */
+static VKAPI_ATTR VkBool32 VKAPI_CALL complain(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                               VkDebugUtilsMessageTypeFlagsEXT types,
+                                               const VkDebugUtilsMessengerCallbackDataEXT *data,
+                                               void *user) {
+    (void)severity, (void)types, (void)user;
+    printf("complaint %s: %s\n", data->pMessageIdName ? data->pMessageIdName : "", data->pMessage);
+    return VK_FALSE;
+}
+
+static void listen(void) {
+    const VkDebugUtilsMessengerCreateInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+        .pfnUserCallback = complain};
+    const PFN_vkCreateDebugUtilsMessengerEXT create =
+        (PFN_vkCreateDebugUtilsMessengerEXT)vkGetInstanceProcAddr(instance,
+                                                                  "vkCreateDebugUtilsMessengerEXT");
+    VK(create(instance, &info, NULL, &messenger));
+}
+
+static void destroy_instance(void) {
+    if (messenger) {
+        const PFN_vkDestroyDebugUtilsMessengerEXT destroy =
+            (PFN_vkDestroyDebugUtilsMessengerEXT)vkGetInstanceProcAddr(
+                instance, "vkDestroyDebugUtilsMessengerEXT");
+        destroy(instance, messenger, NULL);
+    }
+    vkDestroyInstance(instance, NULL);
+}
+
 static void make_device(int validate) {
     const char *layer = "VK_LAYER_KHRONOS_validation";
+    const char *extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
+                                VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
     const VkValidationFeatureEnableEXT synchronization =
         VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
     const VkValidationFeaturesEXT checks = {.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
@@ -28,9 +64,14 @@ static void make_device(int validate) {
                                               .pNext = validate ? &checks : NULL,
                                               .pApplicationInfo = &application,
                                               .enabledLayerCount = validate ? 1 : 0,
-                                              .ppEnabledLayerNames = &layer};
+                                              .ppEnabledLayerNames = &layer,
+                                              .enabledExtensionCount = validate ? 2 : 0,
+                                              .ppEnabledExtensionNames = extensions};
     VK(vkCreateInstance(&of_instance, NULL, &kept));
     VK(vkCreateInstance(&of_instance, NULL, &instance));
+    if (validate) {
+        listen();
+    }
     uint32_t one = 1;
     const VkResult found = vkEnumeratePhysicalDevices(instance, &one, &physical);
     EXPECT(found == VK_SUCCESS || found == VK_INCOMPLETE);

@@ -127,24 +127,21 @@ impl PictureStage for ForwardDraw {
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, lights: &Buffer) -> Result<()> {
         // The old pictures go first, so that the two need not fit together.
         self.target = None;
-        let pictures = population::pictures(
-            &self.context,
-            (self.format(), [width, height]),
-            count,
-            self.written(),
-        )?;
+        let layers = population::target_layers(count);
+        let texels = (self.format(), [width, height]);
+        let pictures = population::pictures(&self.context, texels, layers, self.written())?;
         let depth = ImageDesc {
             name: "forward depth",
             format: DEPTH,
             width,
             height,
-            layers: Some(count),
+            layers: Some(layers),
             mips: 1,
             usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
         };
         let depth = Image::new(&self.context, &depth)?;
         let images = [&pictures, &depth];
-        let framebuffer = Framebuffer::new(&self.context, self.pass, &images, count)?;
+        let framebuffer = Framebuffer::new(&self.context, self.pass, &images, layers)?;
         self.target = Some(Target { framebuffer, pictures, _depth: depth });
         self.lights.write_buffer(0, lights);
         Ok(())

@@ -166,9 +166,10 @@ impl PictureStage for StoredDraw {
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, _lights: &Buffer) -> Result<()> {
         // The old pictures go first, so that the two need not fit together.
         self.pictures = None;
-        let image =
-            pictures(&self.context, (self.format(), [width, height]), count, self.written())?;
-        let framebuffer = Framebuffer::new(&self.context, self.pass, &[&image], count)?;
+        let layers = target_layers(count);
+        let texels = (self.format(), [width, height]);
+        let image = pictures(&self.context, texels, layers, self.written())?;
+        let framebuffer = Framebuffer::new(&self.context, self.pass, &[&image], layers)?;
         self.pictures = Some(Pictures { framebuffer, image });
         Ok(())
     }
@@ -196,6 +197,12 @@ impl PictureStage for StoredDraw {
             device.cmd_end_render_pass(cmd);
         }
     }
+}
+
+/// Layers of the target of a draw of `count` pictures: at least two, as the validation layer calls the
+/// layer that a vertex shader writes undefined where the framebuffer has but one.
+pub fn target_layers(count: u32) -> u32 {
+    count.max(2)
 }
 
 /// Layers and bytes that an image of pictures can have at most, `written` in this way.
@@ -247,4 +254,24 @@ fn render_pass(context: &Context, format: vk::Format) -> Result<RenderPass> {
             .dst_access_mask(COMPUTE_READ.1 | COPY_READ.1),
     ];
     RenderPass::new(context, "population", &[color], false, &dependencies)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::testing;
+    use crate::gpu::vulkan::memory::Access;
+
+    #[test]
+    fn the_target_of_one_picture_is_layered_too() {
+        let context = testing::context();
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let lights = Buffer::new(&context, "lights", 64, usage, Access::Upload).unwrap();
+        let mut draw = StoredDraw::new(&context).unwrap();
+        for (count, layers) in [(1, 2), (2, 2), (5, 5)] {
+            draw.allocate([4, 3], count, &lights).unwrap();
+            assert_eq!(draw.pictures().range().layer_count, layers);
+        }
+        testing::assert_valid(&context);
+    }
 }

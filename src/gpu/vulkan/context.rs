@@ -285,8 +285,8 @@ impl Context {
         &self.report
     }
 
-    /// What the validation layer has reported so far; always empty without it, and on an engine's
-    /// device, whose instance hears it.
+    /// What the validation layer has reported so far, each with the name of the broken rule; always
+    /// empty without it, and on an engine's device, whose instance hears it.
     pub fn validation_messages(&self) -> Vec<String> {
         match &*self.owner {
             Owner::Owned { instance, .. } => instance.messages.list(),

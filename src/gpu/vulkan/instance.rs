@@ -157,8 +157,33 @@ unsafe extern "system" fn collect(
     // messenger was created with, which outlives it.
     unsafe {
         let messages = &*user_data.cast::<Messages>();
+        let id = (*data).message_id_name_as_c_str().map_or("".into(), CStr::to_string_lossy);
         let text = (*data).message_as_c_str().map_or("".into(), CStr::to_string_lossy);
-        messages.push(text.into_owned());
+        messages.push(named(&id, &text));
     }
     vk::FALSE
+}
+
+/// A message with the name of the broken rule, such as `SYNC-HAZARD-WRITE-AFTER-WRITE`: older layers
+/// write it into their text, newer ones hand it over beside the text.
+fn named(id: &str, text: &str) -> String {
+    match text.contains(id) {
+        true => text.into(),
+        false => format!("[ {id} ] {text}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_message_names_its_rule_once() {
+        let id = "SYNC-HAZARD-WRITE-AFTER-WRITE";
+        let newer = "vkCmdFillBuffer(): WRITE_AFTER_WRITE hazard detected.";
+        let older = format!("Validation Error: [ {id} ] Object 0: | vkCmdFillBuffer: Hazard");
+        assert_eq!(named(id, newer), format!("[ {id} ] {newer}"));
+        assert_eq!(named(id, &older), older);
+        assert_eq!(named("", "of the loader"), "of the loader");
+    }
 }
