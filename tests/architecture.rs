@@ -8,8 +8,9 @@ use std::path::Path;
 
 /// Rooms of the crate in their order; those of one row do not know each other. `gpu` measures with the
 /// references of `cpu`.
-const ROOMS: [&[&str]; 13] = [
-    &["error"],
+const ROOMS: [&[&str]; 14] = [
+    &["error", "constants"],
+    &["hash"],
     &["math"],
     &["lighting"],
     &["scene"],

@@ -2,7 +2,7 @@
 
 use klieg::gpu::layout::{
     AppearancePart, Camera, Chunk, Detail, EngineSurface, GradientPart, InstanceRecord,
-    MaterialRecord, MomentPart, Parameters, TextureUse, Tile, ViewStatistics,
+    MaterialRecord, MomentPart, Parameters, ShapePart, TextureUse, Tile, ViewStatistics,
 };
 use klieg::gpu::shaders;
 use klieg::lighting::LightRecord;
@@ -119,6 +119,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 textures,
             }),
         ),
+        ("ShapePart", host!(ShapePart { gradient, weight, x, y, xx, xy, yy, base })),
         ("TextureUse", host!(TextureUse { u, v })),
         (
             "Light",

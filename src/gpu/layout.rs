@@ -200,6 +200,29 @@ impl ViewStatistics {
     }
 }
 
+/// Element of the storage block `Partials`: a strip of the surface
+/// ([`Shape`] and [`Maps::normal_detail`]).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct ShapePart {
+    /// Sum over SURFACE of `|∇n|`.
+    pub gradient: f32,
+    /// Sum over SURFACE of the weight of the detail.
+    pub weight: f32,
+    /// Sum over the object of `n_x`.
+    pub x: f32,
+    /// Sum of `n_y`.
+    pub y: f32,
+    /// Sum of `n_x²`.
+    pub xx: f32,
+    /// Sum of `n_x·n_y`.
+    pub xy: f32,
+    /// Sum of `n_y²`.
+    pub yy: f32,
+    /// Sum of the base colour's luminance.
+    pub base: f32,
+}
+
 /// Element of the storage block `MomentParts`: a column of a strip of a picture.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

@@ -260,14 +260,22 @@ fn render_pass(context: &Context, format: vk::Format) -> Result<RenderPass> {
 mod tests {
     use super::*;
     use crate::gpu::testing;
+    use crate::gpu::vulkan::choice::Lights;
     use crate::gpu::vulkan::memory::Access;
+    use crate::lighting::shading::Shading;
+    use crate::objective::Objective;
 
     #[test]
     fn the_target_of_one_picture_is_layered_too() {
         let context = testing::context();
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let lights = Buffer::new(&context, "lights", 64, usage, Access::Upload).unwrap();
-        let mut draw = StoredDraw::new(&context).unwrap();
+        let (maps, view) = testing::maps(4, 3);
+        let (objective, shading) = (Objective::default(), Shading::default());
+        let memory =
+            ViewMemory::with_maps(&context, &maps, &view, &objective, &shading, Lights::Plain)
+                .unwrap();
+        let mut draw = StoredDraw::new(&context, &memory).unwrap();
         for (count, layers) in [(1, 2), (2, 2), (5, 5)] {
             draw.allocate([4, 3], count, &lights).unwrap();
             assert_eq!(draw.pictures().range().layer_count, layers);

@@ -5,6 +5,7 @@ use super::memory::{PIXEL_GROUP, ViewMemory};
 use crate::Result;
 use crate::constants::MAP_STRIP as STRIP;
 use crate::gpu::Context;
+use crate::gpu::layout::ShapePart;
 use crate::gpu::shaders;
 use crate::gpu::vulkan::commands::{COMPUTE_WRITE, COPY_WRITE, Scope, StageTimer};
 use crate::gpu::vulkan::memory::Buffer;
@@ -17,9 +18,6 @@ use std::sync::Arc;
 const STRIP_GROUP: [u32; 2] = [64, 1];
 /// Invocations of the one work group that adds up what the strips have; a power of two.
 const TOTAL_GROUP: u32 = 128;
-
-/// Bytes of `ShapePart` of `shaders/include/maps.glsl`.
-const PART_BYTES: u64 = 32;
 
 /// What one invocation of a stage is for.
 #[derive(Clone, Copy)]
@@ -69,7 +67,8 @@ impl MapStages {
         let words = u64::from(polygons.unwrap_or(0) / 32) + 1;
         let depth_range = Buffer::storage(context, "depth range", 4)?;
         let visible = Buffer::storage(context, "visible polygons", 4 * words)?;
-        let partials = Buffer::storage(context, "partial sums", PART_BYTES * strips)?;
+        let partials =
+            Buffer::storage(context, "partial sums", size_of::<ShapePart>() as u64 * strips)?;
         for (number, buffer) in [&depth_range, &visible, &partials].into_iter().enumerate() {
             set.write_buffer(number as u32, buffer);
         }
