@@ -786,7 +786,8 @@ typedef struct klieg_term {
 typedef struct klieg_objective {
     // Weight of each term, 0 or more, not all 0; terms that are not there do not count. By default the
     // paper's five terms "edge", "mean", "grad", "var" and "hist" have 0.2 each, so that scores lie in
-    // 0..1. `klieg_objective_set_weight` changes one.
+    // 0..1. `klieg_objective_set_weight` changes one. Names that are not there are refused where an
+    // evaluator is made, with the known ones in the message.
     struct klieg_term weights[KLIEG_MAX_TERMS];
     // How many of `weights` there are.
     uint32_t weight_count;
@@ -818,7 +819,7 @@ typedef struct klieg_quality {
     float score;
     // How many of `terms` there are.
     uint32_t term_count;
-    // The objective's terms, in its order. Terms of weight 0 are left out where only they need what
+    // The objective's terms, in the order of `klieg_term_at`. Terms of weight 0 are left out where only they need what
     // was not measured.
     struct klieg_term terms[KLIEG_MAX_TERMS];
 } klieg_quality;
@@ -831,9 +832,9 @@ typedef struct klieg_term_info {
     const char *title;
     // What it says of a picture, in English: a sentence without its subject.
     const char *meaning;
-    // What pictures are measured for in its favour, which takes time, besides their brightness and
-    // gradients: words with spaces between, of "detail", "channels", "irradiance" and "target"; empty
-    // for nothing.
+    // What pictures have to be measured for besides their brightness and gradients, which takes time:
+    // "detail", "channels", "irradiance", "target" or several of them with spaces between; empty for
+    // nothing.
     const char *needs;
 } klieg_term_info;
 
@@ -919,7 +920,7 @@ const struct klieg_term_info *klieg_term_at(uint32_t number);
 // Sets the defaults. Any thread.
 klieg_status klieg_objective_defaults(struct klieg_objective *objective);
 
-// Gives a term its weight, 0 or more: in its place, or after the others. Any thread.
+// Gives a term its weight, 0 or more. The weights then stand in the order of `klieg_term_at`. Any thread.
 //
 // `KLIEG_ERROR_ARGUMENT` for a name that is none of a term, with the known ones in the message.
 klieg_status klieg_objective_set_weight(struct klieg_objective *objective,

@@ -67,7 +67,8 @@ pub struct klieg_quality {
 pub struct klieg_objective {
     /// Weight of each term, 0 or more, not all 0; terms that are not there do not count. By default the
     /// paper's five terms "edge", "mean", "grad", "var" and "hist" have 0.2 each, so that scores lie in
-    /// 0..1. `klieg_objective_set_weight` changes one.
+    /// 0..1. `klieg_objective_set_weight` changes one. Names that are not there are refused where an
+    /// evaluator is made, with the known ones in the message.
     pub weights: [klieg_term; KLIEG_MAX_TERMS],
     /// How many of `weights` there are.
     pub weight_count: u32,
