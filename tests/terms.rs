@@ -104,7 +104,8 @@ fn wrong(
     let check = |(name, picture, view, expected): &(&str, Statistics, ViewStatistics, f32)| {
         let formula = formula.unwrap_or(Term::named(name).expect("a term").formula);
         let found = formula(picture, view, &Objective::default());
-        (!((found - expected).abs() < 1e-5)).then(|| format!("{name}: {found}, not {expected}"))
+        let off = (found - expected).abs();
+        (off.is_nan() || off > 1e-5).then(|| format!("{name}: {found}, not {expected}"))
     };
     cases.iter().filter_map(check).collect()
 }

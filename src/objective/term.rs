@@ -255,7 +255,7 @@ mod tests {
         let names =
             ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l", "m", "n", "o", "p"];
         let mut terms = Terms::default();
-        names.map(|name| terms.set(term(name), 1.0).unwrap());
+        names.iter().for_each(|name| terms.set(term(name), 1.0).unwrap());
         assert!(terms.names().eq(names));
         assert!(terms.set(&DARK, 1.0).is_err() && terms.set(term("p"), 2.0).is_ok());
     }
