@@ -798,6 +798,9 @@ klieg_status klieg_camera_frame(const klieg_scene *scene,
 
 /* Evaluators: lights in, scores out */
 
+// Most terms of an objective.
+#define KLIEG_MAX_TERMS 16
+
 // Measures lights against a view. There are three levels, by what the engine gives:
 // 1. a scene and a camera (`klieg_evaluator_of_scene`): klieg draws them itself;
 // 2. the surface that the engine has drawn (`klieg_evaluator_of_surface`): klieg shades it;
@@ -807,24 +810,25 @@ klieg_status klieg_camera_frame(const klieg_scene *scene,
 // and those that make an evaluator, submit to the context's queue and wait.
 typedef struct klieg_evaluator klieg_evaluator;
 
-// One number for each of the five terms of the quality function, each 0..1, lower is better.
-typedef struct klieg_terms {
-    // Edge distinctness.
-    float edge;
-    // Mean brightness.
-    float mean;
-    // Mean shading gradient.
-    float grad;
-    // Intensity range.
-    float var;
-    // Evenness of the histogram.
-    float hist;
-} klieg_terms;
+// A term of the objective by its name, with a number: its weight, or its value for a picture.
+//
+// A picture is judged by a weighted sum of terms, each 0..1, lower is better. `klieg_term_at` lists them.
+typedef struct klieg_term {
+    // Its name. Names that klieg gives stay valid as long as the library is loaded.
+    const char *name;
+    // Weight or value.
+    float value;
+} klieg_term;
 
 // Settings of the quality function.
 typedef struct klieg_objective {
-    // Weight of each term, 0 or more; by default each 0.2, so that scores lie in 0..1.
-    struct klieg_terms weights;
+    // Weight of each term, 0 or more, not all 0; terms that are not there do not count. By default the
+    // paper's five terms "edge", "mean", "grad", "var" and "hist" have 0.2 each, so that scores lie in
+    // 0..1. `klieg_objective_set_weight` changes one. Names that are not there are refused where an
+    // evaluator is made, with the known ones in the message.
+    struct klieg_term weights[KLIEG_MAX_TERMS];
+    // How many of `weights` there are.
+    uint32_t weight_count;
     // Mean brightness aimed at, sRGB-encoded, 0..1; by default 0.5.
     float mean_target;
     // Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel, above 0;
@@ -851,9 +855,26 @@ typedef struct klieg_shading {
 typedef struct klieg_quality {
     // The weighted sum of the terms: lower is better.
     float score;
-    // The terms.
-    struct klieg_terms terms;
+    // How many of `terms` there are.
+    uint32_t term_count;
+    // The objective's terms, in the order of `klieg_term_at`. Terms of weight 0 are left out where only they need what
+    // was not measured.
+    struct klieg_term terms[KLIEG_MAX_TERMS];
 } klieg_quality;
+
+// What klieg can judge pictures by.
+typedef struct klieg_term_info {
+    // Its name.
+    const char *name;
+    // What it is called before people.
+    const char *title;
+    // What it says of a picture, in English: a sentence without its subject.
+    const char *meaning;
+    // What pictures have to be measured for besides their brightness and gradients, which takes time:
+    // "detail", "channels", "irradiance", "target" or several of them with spaces between; empty for
+    // nothing.
+    const char *needs;
+} klieg_term_info;
 
 // Makes an evaluator of level 1: of a finished scene, through a camera, at `width` by `height` pixels.
 // It draws the scene, and keeps nothing of it that the caller has. `objective` and `shading` may be
@@ -930,8 +951,19 @@ klieg_status klieg_evaluator_qualities(struct klieg_evaluator *evaluator,
                                        uint32_t lights_per_rig,
                                        struct klieg_quality *qualities);
 
+// Describes the term of that number, counted from 0; `NULL` beyond the last, which is no error. The
+// description stays valid as long as the library is loaded. Any thread.
+const struct klieg_term_info *klieg_term_at(uint32_t number);
+
 // Sets the defaults. Any thread.
 klieg_status klieg_objective_defaults(struct klieg_objective *objective);
+
+// Gives a term its weight, 0 or more. The weights then stand in the order of `klieg_term_at`. Any thread.
+//
+// `KLIEG_ERROR_ARGUMENT` for a name that is none of a term, with the known ones in the message.
+klieg_status klieg_objective_set_weight(struct klieg_objective *objective,
+                                        const char *name,
+                                        float weight);
 
 // Sets the defaults. Any thread.
 klieg_status klieg_shading_defaults(struct klieg_shading *shading);

@@ -24,7 +24,7 @@ pub struct DeviceInfo {
 pub struct Inspection {
     /// `F`.
     pub score: f32,
-    /// The five terms.
+    /// Its terms.
     pub terms: Terms,
     /// What they were made from.
     pub statistics: Statistics,

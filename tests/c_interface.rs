@@ -11,7 +11,8 @@ use klieg::lighting::genome::{Boxes, Genome};
 use klieg::lighting::presets::Preset;
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{Light, LightKind, Population, Role};
-use klieg::objective::Objective;
+use klieg::objective::terms::TERMS;
+use klieg::objective::{Objective, Term};
 use klieg::optimize::{GeneticSettings, Settings};
 use klieg::scene::build::{MeshData, SceneBuilder, TextureData};
 use klieg::scene::view::{Camera, Projection, View};
@@ -165,6 +166,20 @@ fn light_lines(name: &str, rig: &[Light]) -> Vec<String> {
     rig.iter().map(|light| line(name, &numbers(light))).collect()
 }
 
+fn quality_lines(name: &str, evaluator: &mut GpuEvaluator, preset: Preset) -> [String; 2] {
+    let population = Population::of([&preset.rig()[..]]).unwrap();
+    let quality = evaluator.qualities(&population).unwrap()[0];
+    let names: Vec<_> = quality.terms.names().collect();
+    let values: Vec<_> = [quality.score].into_iter().chain(quality.terms.values()).collect();
+    [format!("{name} of {}", names.join(" ")), line(name, &values)]
+}
+
+fn term_line(term: &Term) -> String {
+    let Term { name, title, meaning, needs, .. } = term;
+    let needs: Vec<_> = needs.names().collect();
+    format!("term {name}, {title}: {meaning}; {}", needs.join(" "))
+}
+
 /// What `embed.c`, whose seed is [`SEED`], prints, by the Rust interface.
 fn expected(seed: u64) -> Vec<String> {
     let scene = tetrahedra();
@@ -174,13 +189,10 @@ fn expected(seed: u64) -> Vec<String> {
     let context = Context::new(&ContextOptions::default()).unwrap();
     let (objective, shading) = (Objective::default(), Shading::default());
     let mut evaluator = GpuEvaluator::new(&context, &scene, &view, objective, shading).unwrap();
-    let presets = Preset::ALL.map(|preset| {
-        let population = Population::of([&preset.rig()[..]]).unwrap();
-        let quality = evaluator.qualities(&population).unwrap()[0];
-        let [edge, mean, grad, var, hist] = ["edge", "mean", "grad", "var", "hist"]
-            .map(|name| quality.terms.get(name).expect("a term of the paper"));
-        line("preset", &[quality.score, edge, mean, grad, var, hist])
-    });
+    let presets: Vec<_> = Preset::ALL
+        .into_iter()
+        .flat_map(|preset| quality_lines("preset", &mut evaluator, preset))
+        .collect();
     let (role, kind, diffuse, specular) = (Role::Key, LightKind::Point, 1.5, 0.5);
     let light =
         Light { role, kind, elevation: 0.5, azimuth: 0.25, distance: 2.0, diffuse, specular };
@@ -189,7 +201,14 @@ fn expected(seed: u64) -> Vec<String> {
     let direction = (frame.center - place).normalize();
     let (intensity, distance) = (light.intensity(frame), 2.0 * frame.radius);
     let numbers = [place.x, place.y, place.z, direction.x, intensity, distance];
-    let mut lines = presets.to_vec();
+    let mut lines: Vec<String> = TERMS.iter().map(|term| term_line(term)).collect();
+    let mut other = objective;
+    for (name, weight) in [("edge", 0.0), ("mean", 0.5), ("range", 0.25)] {
+        other.weights.set(Term::named(name).unwrap(), weight).unwrap();
+    }
+    let mut judge = GpuEvaluator::new(&context, &scene, &view, other, shading).unwrap();
+    lines.extend(quality_lines("judged", &mut judge, Preset::Headlight));
+    lines.extend(presets.clone());
     lines.push(line("world", &numbers.map(|number| number as f32)));
 
     let genome = Genome::new(&[Role::Key, Role::Rim], LightKind::Point, &Boxes::default()).unwrap();

@@ -1,6 +1,7 @@
 //! `klieg design`, from a scene to the files that it leaves.
 
 use common::Folder;
+use klieg::objective::Term;
 use klieg_support::common;
 use serde_json::Value;
 use std::time::Duration;
@@ -190,6 +191,35 @@ fn the_sheet_is_self_contained() {
     assert_eq!(page.matches("http").count(), namespaces);
     assert!(page.contains("a &amp; b &lt;i&gt;.gltf") && !page.contains("<i>.gltf"));
     assert_eq!(page.matches("data:image/png;base64,").count(), 2);
+}
+
+#[test]
+fn the_sheet_explains_every_term_of_the_objective() {
+    let place = Folder::new();
+    place.design("out", &["--weights", "range=0.35,grad=0"]).assert().success();
+    let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
+    let result = place.read_json("out/result.json");
+    let table = page.split("<table class=\"judged\">").nth(1).unwrap();
+    let rows: Vec<_> = table.split("</table>").next().unwrap().split("<tr>").skip(2).collect();
+    let names = result["terms"].as_object().unwrap().keys();
+    assert_eq!(rows.len(), names.len() + 1);
+    assert!(names.clone().eq(["edge", "mean", "grad", "var", "hist", "range"]));
+    for (row, name) in rows.iter().zip(names) {
+        let term = Term::named(name).unwrap();
+        let number = |pointer: &str| result.pointer(&format!("{pointer}/{name}")).unwrap();
+        let digits =
+            |pointer, digits| format!("<td>{:.digits$}</td>", number(pointer).as_f64().unwrap());
+        for part in [
+            term.title,
+            term.meaning,
+            &digits("/objective/weights", 2),
+            &digits("/headlight/terms", 3),
+            &digits("/terms", 3),
+        ] {
+            assert!(row.contains(part), "{part}: {row}");
+        }
+    }
+    assert!(!page.contains("five"));
 }
 
 #[test]

@@ -112,6 +112,8 @@ fn wrong_options_are_refused() {
         ("--generations", "0", "generations"),
         ("--generations", "-1", "'-1'"),
         ("--weights", "1,2", "--weights"),
+        ("--weights", "releif=1", "no term 'releif': the terms are edge, mean"),
+        ("--weights", "target=1", "target picture"),
         ("--weights", "nan,1,1,1,1", "--weights"),
         ("--weights", "-1,1,1,1,1", "--weights"),
         ("--weights", "0,0,0,0,0", "weights"),
@@ -153,6 +155,11 @@ fn a_wrong_configuration_is_named_with_line_and_key() {
     for part in ["k.toml", "line 3", "elitsm"] {
         assert!(message.contains(part), "{message}");
     }
+    std::fs::write(place.path("k.toml"), "[objective.weights]\nreleif = 0.5\n").unwrap();
+    let message = fails(&place, &["score", "ball.gltf", "--config", "k.toml"], 2);
+    for part in ["k.toml", "line 1", "no term 'releif'", "edge, mean", "relief"] {
+        assert!(message.contains(part), "{message}");
+    }
 }
 
 #[test]
@@ -175,7 +182,7 @@ fn no_arguments_and_help() {
     klieg(&[]).assert().code(2);
     let output = klieg(&["--help"]).assert().success().get_output().clone();
     let help = String::from_utf8(output.stdout).unwrap();
-    for command in ["design", "batch", "score", "analyze", "devices", "bench"] {
+    for command in ["design", "batch", "score", "analyze", "devices", "terms", "bench"] {
         assert!(help.contains(command), "{help}");
         klieg(&[command, "--help"]).assert().success();
     }

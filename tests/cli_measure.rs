@@ -1,6 +1,7 @@
-//! `klieg score`, `analyze`, `devices` and `bench`.
+//! `klieg score`, `analyze`, `devices`, `terms` and `bench`.
 
 use common::Folder;
+use klieg::objective::terms::TERMS;
 use klieg_support::common;
 use serde_json::{Value, json};
 
@@ -35,6 +36,57 @@ fn scores_of_given_lights_and_presets() {
     let text = place.klieg(&score).args(["--preset", "three-point"]).assert().success();
     let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
     assert!(text.contains("three-point") && text.contains("rim"), "{text}");
+}
+
+/// The names and numbers of an object.
+fn numbers(value: &Value) -> Vec<(&str, f64)> {
+    let all = value.as_object().unwrap().iter();
+    all.map(|(name, number)| (name.as_str(), number.as_f64().unwrap())).collect()
+}
+
+#[test]
+fn any_terms_are_weighed_and_shown() {
+    let place = Folder::new();
+    let score = ["score", "ball.gltf", "--size", "40x40", "--preset", "headlight"];
+    let toml = "[objective.weights]\nrange = 0.5\nhist = 0.25\ndirection = 0.0\n";
+    std::fs::write(place.path("k.toml"), toml).unwrap();
+    let scored = json_of(&place, &[&score[..], &["--config", "k.toml"]].concat());
+    let weights = numbers(&scored["objective"]["weights"]);
+    assert_eq!(weights, [("hist", 0.25), ("range", 0.5), ("direction", 0.0)]);
+    let terms = numbers(&scored["terms"]);
+    let sum: f64 = terms.iter().zip(&weights).map(|((_, term), (_, weight))| term * weight).sum();
+    assert!(terms.iter().map(|t| t.0).eq(weights.iter().map(|w| w.0)), "{terms:?}");
+    assert!((sum - scored["score"].as_f64().unwrap()).abs() < 1e-6 && sum > 0.0);
+    // What only a term of weight 0 needs is not measured.
+    let more = ["--config", "k.toml", "--weights", "relief=0,hist=1"];
+    let scored = json_of(&place, &[&score[..], &more].concat());
+    let names = |key: &Value| numbers(key).iter().map(|n| n.0.to_owned()).collect::<Vec<_>>();
+    assert_eq!(names(&scored["objective"]["weights"]), ["hist", "range", "relief", "direction"]);
+    assert_eq!(names(&scored["terms"]), ["hist", "range", "direction"]);
+    let text = place.klieg(&score).args(["--weights", "range=1"]).assert().success();
+    let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
+    assert!(text.lines().next().unwrap().contains("range"), "{text}");
+}
+
+#[test]
+fn the_terms_are_listed() {
+    let place = Folder::new();
+    let listing = json_of(&place, &["terms"]);
+    assert_eq!(listing["schema"], "klieg.terms/1");
+    let terms = listing["terms"].as_array().unwrap();
+    assert_eq!(terms.len(), TERMS.len());
+    let text = place.klieg(&["terms"]).assert().success();
+    let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
+    for (listed, term) in terms.iter().zip(TERMS) {
+        assert_eq!((&listed["name"], &listed["title"]), (&json!(term.name), &json!(term.title)));
+        let needs: Vec<_> = term.needs.names().collect();
+        assert_eq!(listed["needs"], json!(needs));
+        let row = text.lines().find(|line| line.starts_with(&format!(" {} ", term.name)));
+        let row = row.unwrap_or_else(|| panic!("{}: {text}", term.name));
+        assert!(row.contains(term.meaning) && needs.iter().all(|n| row.contains(n)), "{row}");
+    }
+    let weights: f64 = terms.iter().map(|term| term["weight"].as_f64().unwrap()).sum();
+    assert!((weights - 1.0).abs() < 1e-6);
 }
 
 #[test]

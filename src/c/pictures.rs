@@ -49,7 +49,7 @@ pub unsafe extern "C" fn klieg_evaluator_of_pictures(
     unsafe {
         make(evaluator, || {
             let context = &body(context, "context")?.context;
-            let objective = as_objective(objective);
+            let objective = as_objective(objective)?;
             let made = PictureEvaluator::new(context, [width, height], objective)?;
             Ok(EvaluatorBody::new(Level::Pictures(Box::new(made))))
         })

@@ -1,26 +1,52 @@
 //! What is measured, and how surfaces shine.
 
-use super::edge::{free_call, put};
+use super::edge::{Fault, Outcome, free_call, put, text};
 use super::error::klieg_status;
 use crate::lighting::shading::Shading;
-use crate::objective::{Objective, Quality, Terms};
+use crate::objective::terms::TERMS;
+use crate::objective::{MAX_TERMS, Objective, Quality, Term, Terms};
 use bytemuck::Zeroable;
+use std::ffi::{CString, c_char};
+use std::ptr::null;
+use std::sync::OnceLock;
 
-/// One number for each of the five terms of the quality function, each 0..1, lower is better.
+/// Most terms of an objective.
+pub const KLIEG_MAX_TERMS: usize = 16;
+
+/// A term of the objective by its name, with a number: its weight, or its value for a picture.
+///
+/// A picture is judged by a weighted sum of terms, each 0..1, lower is better. `klieg_term_at` lists them.
 #[repr(C)]
-#[derive(Clone, Copy, Zeroable)]
-pub struct klieg_terms {
-    /// Edge distinctness.
-    pub edge: f32,
-    /// Mean brightness.
-    pub mean: f32,
-    /// Mean shading gradient.
-    pub grad: f32,
-    /// Intensity range.
-    pub var: f32,
-    /// Evenness of the histogram.
-    pub hist: f32,
+#[derive(Clone, Copy)]
+pub struct klieg_term {
+    /// Its name. Names that klieg gives stay valid as long as the library is loaded.
+    pub name: *const c_char,
+    /// Weight or value.
+    pub value: f32,
 }
+
+// SAFETY: `NULL` and 0 are a value.
+unsafe impl Zeroable for klieg_term {}
+
+/// What klieg can judge pictures by.
+#[repr(C)]
+pub struct klieg_term_info {
+    /// Its name.
+    pub name: *const c_char,
+    /// What it is called before people.
+    pub title: *const c_char,
+    /// What it says of a picture, in English: a sentence without its subject.
+    pub meaning: *const c_char,
+    /// What pictures have to be measured for besides their brightness and gradients, which takes time:
+    /// "detail", "channels", "irradiance", "target" or several of them with spaces between; empty for
+    /// nothing.
+    pub needs: *const c_char,
+}
+
+// SAFETY: the strings are klieg's own, and nobody changes or frees them.
+unsafe impl Send for klieg_term_info {}
+// SAFETY: as above.
+unsafe impl Sync for klieg_term_info {}
 
 /// A picture's quality.
 #[repr(C)]
@@ -28,16 +54,24 @@ pub struct klieg_terms {
 pub struct klieg_quality {
     /// The weighted sum of the terms: lower is better.
     pub score: f32,
-    /// The terms.
-    pub terms: klieg_terms,
+    /// How many of `terms` there are.
+    pub term_count: u32,
+    /// The objective's terms, in the order of `klieg_term_at`. Terms of weight 0 are left out where only they need what
+    /// was not measured.
+    pub terms: [klieg_term; KLIEG_MAX_TERMS],
 }
 
 /// Settings of the quality function.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct klieg_objective {
-    /// Weight of each term, 0 or more; by default each 0.2, so that scores lie in 0..1.
-    pub weights: klieg_terms,
+    /// Weight of each term, 0 or more, not all 0; terms that are not there do not count. By default the
+    /// paper's five terms "edge", "mean", "grad", "var" and "hist" have 0.2 each, so that scores lie in
+    /// 0..1. `klieg_objective_set_weight` changes one. Names that are not there are refused where an
+    /// evaluator is made, with the known ones in the message.
+    pub weights: [klieg_term; KLIEG_MAX_TERMS],
+    /// How many of `weights` there are.
+    pub weight_count: u32,
     /// Mean brightness aimed at, sRGB-encoded, 0..1; by default 0.5.
     pub mean_target: f32,
     /// Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel, above 0;
@@ -62,16 +96,55 @@ pub struct klieg_shading {
     pub max_shininess: f32,
 }
 
+/// Describes the term of that number, counted from 0; `NULL` beyond the last, which is no error. The
+/// description stays valid as long as the library is loaded. Any thread.
+#[unsafe(no_mangle)]
+pub extern "C" fn klieg_term_at(number: u32) -> *const klieg_term_info {
+    usize::try_from(number).ok().and_then(|number| infos().get(number)).map_or(null(), |info| info)
+}
+
 /// Sets the defaults. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_objective_defaults(objective: *mut klieg_objective) -> klieg_status {
-    let Objective { weights, mean_target, edge_contrast, edge_sobel, edge_laplace } =
-        Objective::default();
-    let weights = terms(weights);
-    let defaults =
-        klieg_objective { weights, mean_target, edge_contrast, edge_sobel, edge_laplace };
-    // SAFETY: the caller's pointer.
-    free_call(|| unsafe { put(objective, defaults, "objective") })
+    free_call(|| {
+        let Objective { weights, mean_target, edge_contrast, edge_sobel, edge_laplace } =
+            Objective::default();
+        let (weight_count, weights) = c_terms(&weights);
+        let defaults = klieg_objective {
+            weights,
+            weight_count,
+            mean_target,
+            edge_contrast,
+            edge_sobel,
+            edge_laplace,
+        };
+        // SAFETY: the caller's pointer.
+        unsafe { put(objective, defaults, "objective") }
+    })
+}
+
+/// Gives a term its weight, 0 or more. The weights then stand in the order of `klieg_term_at`. Any thread.
+///
+/// `KLIEG_ERROR_ARGUMENT` for a name that is none of a term, with the known ones in the message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn klieg_objective_set_weight(
+    objective: *mut klieg_objective,
+    name: *const c_char,
+    weight: f32,
+) -> klieg_status {
+    free_call(|| {
+        // SAFETY: the caller's pointers.
+        let (objective, name) = unsafe {
+            let objective = objective.as_mut();
+            let objective = objective.ok_or_else(|| Fault::argument("objective is NULL"))?;
+            (objective, text(name, "name")?)
+        };
+        // SAFETY: the names are the caller's.
+        let mut weights = unsafe { weights(objective) }?;
+        weights.set(Term::named(name)?, weight)?;
+        (objective.weight_count, objective.weights) = c_terms(&weights);
+        Ok(())
+    })
 }
 
 /// Sets the defaults. Any thread.
@@ -85,25 +158,36 @@ pub unsafe extern "C" fn klieg_shading_defaults(shading: *mut klieg_shading) -> 
 
 /// # Safety
 /// `objective` is `NULL`, for the defaults, or valid.
-pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Objective {
+pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Outcome<Objective> {
     // SAFETY: the caller's promise.
-    unsafe { objective.as_ref() }.map_or_else(Objective::default, |given| {
-        let klieg_terms { edge, mean, grad, var, hist } = given.weights;
-        Objective {
-            weights: Terms::named([
-                ("edge", edge),
-                ("mean", mean),
-                ("grad", grad),
-                ("var", var),
-                ("hist", hist),
-            ])
-            .unwrap_or_default(),
-            mean_target: given.mean_target,
-            edge_contrast: given.edge_contrast,
-            edge_sobel: given.edge_sobel,
-            edge_laplace: given.edge_laplace,
-        }
-    })
+    let Some(given) = (unsafe { objective.as_ref() }) else { return Ok(Objective::default()) };
+    let objective = Objective {
+        // SAFETY: the caller's promise.
+        weights: unsafe { weights(given) }?,
+        mean_target: given.mean_target,
+        edge_contrast: given.edge_contrast,
+        edge_sobel: given.edge_sobel,
+        edge_laplace: given.edge_laplace,
+    };
+    objective.check()?;
+    objective.check_without_target()?;
+    Ok(objective)
+}
+
+/// # Safety
+/// The names are `NULL` or strings.
+unsafe fn weights(objective: &klieg_objective) -> Outcome<Terms> {
+    let count = objective.weight_count as usize;
+    let given = objective.weights.get(..count).ok_or_else(|| {
+        Fault::argument(format!("{count} weights: an objective has at most {KLIEG_MAX_TERMS}"))
+    })?;
+    let mut weights = Terms::default();
+    for term in given {
+        // SAFETY: the caller's promise.
+        let name = unsafe { text(term.name, "the name of a term") }?;
+        weights.set(Term::named(name)?, term.value)?;
+    }
+    Ok(weights)
 }
 
 /// # Safety
@@ -116,14 +200,37 @@ pub(super) unsafe fn as_shading(shading: *const klieg_shading) -> Shading {
     })
 }
 
-fn terms(terms: Terms) -> klieg_terms {
-    let [edge, mean, grad, var, hist] =
-        ["edge", "mean", "grad", "var", "hist"].map(|name| terms.get(name).unwrap_or(0.0));
-    klieg_terms { edge, mean, grad, var, hist }
+/// What `klieg_term_at` gives, in the order of [`TERMS`].
+fn infos() -> &'static [klieg_term_info] {
+    static INFOS: OnceLock<Vec<klieg_term_info>> = OnceLock::new();
+    // Strings that the library's users may keep are never freed.
+    let keep = |text: &str| CString::new(text).unwrap_or_default().into_raw().cast_const();
+    INFOS.get_or_init(|| {
+        let info = |term: &&Term| klieg_term_info {
+            name: keep(term.name),
+            title: keep(term.title),
+            meaning: keep(term.meaning),
+            needs: keep(&term.needs.names().collect::<Vec<_>>().join(" ")),
+        };
+        TERMS.iter().map(info).collect()
+    })
+}
+
+/// klieg's own terms and their numbers, as C has them.
+fn c_terms(terms: &Terms) -> (u32, [klieg_term; KLIEG_MAX_TERMS]) {
+    let mut all = [klieg_term::zeroed(); KLIEG_MAX_TERMS];
+    for (to, (term, value)) in all.iter_mut().zip(terms.iter()) {
+        let info = TERMS.iter().zip(infos()).find(|(own, _)| **own == term);
+        *to = klieg_term { name: info.map_or(null(), |(_, info)| info.name), value };
+    }
+    (terms.iter().count() as u32, all)
 }
 
 pub(super) fn write_qualities(to: &mut [klieg_quality], qualities: &[Quality]) {
     for (to, quality) in to.iter_mut().zip(qualities) {
-        *to = klieg_quality { score: quality.score, terms: terms(quality.terms) };
+        let (term_count, terms) = c_terms(&quality.terms);
+        *to = klieg_quality { score: quality.score, term_count, terms };
     }
 }
+
+const _: () = assert!(KLIEG_MAX_TERMS == MAX_TERMS);

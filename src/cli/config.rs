@@ -202,6 +202,7 @@ impl Settings {
         }
         self.view.check()?;
         self.objective.check()?;
+        self.objective.check_without_target()?;
         self.shading.check()?;
         self.optimizers().check()
     }
@@ -229,6 +230,7 @@ impl ViewSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::objective::terms::TERMS;
 
     /// The TOML blocks of the reference.
     fn documented() -> String {
@@ -289,12 +291,31 @@ mod tests {
     }
 
     #[test]
+    fn weights_are_those_of_any_terms() {
+        let read = |text: &str| toml::from_str::<Settings>(text).map(|settings| settings.objective);
+        let objective = read("[objective.weights]\nrelief = 0.5\nedge = 0\nmean = 0.25").unwrap();
+        let weights: Vec<_> = objective.weights.iter().map(|(t, w)| (t.name, w)).collect();
+        assert_eq!(weights, [("edge", 0.0), ("mean", 0.25), ("relief", 0.5)]);
+        let all: String = TERMS.iter().map(|term| format!("{} = 0.1\n", term.name)).collect();
+        let objective = read(&format!("[objective.weights]\n{all}")).unwrap();
+        assert!(objective.weights.names().eq(TERMS.iter().map(|term| term.name)));
+        let fault = read("[objective]\n[objective.weights]\nedge = 1\nreleif = 1\n").unwrap_err();
+        let fault = fault.to_string();
+        for said in ["line 2", "no term 'releif'", "relief, direction, target"] {
+            assert!(fault.contains(said), "{fault}");
+        }
+        assert!(read("[objective.weights]\nedge = true").is_err());
+    }
+
+    #[test]
     fn values_out_of_range_are_refused() {
         for text in [
             "[objective]\nmean_target = nan",
             "[objective]\nedge_contrast = 0.0",
             "[objective.weights]\nedge = -1.0\nmean = 1.0\ngrad = 1.0\nvar = 1.0\nhist = 1.0",
             "[objective.weights]\nedge = 0.0\nmean = 0.0\ngrad = 0.0\nvar = 0.0\nhist = 0.0",
+            "[objective.weights]\ntarget = 1.0",
+            "[objective.weights]",
             "[shading]\nambient = inf",
             "[view]\nfov = 180.0",
             "[view]\ncamera = 0\nfov = 35.0",

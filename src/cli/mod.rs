@@ -17,6 +17,7 @@ mod progress;
 mod score;
 mod session;
 mod study;
+mod terms;
 pub mod values;
 
 use clap::{Parser, Subcommand};
@@ -36,6 +37,7 @@ enum Command {
     Score(score::Options),
     Analyze(analyze::Options),
     Devices(devices::Options),
+    Terms(terms::Options),
     Study(study::Options),
     Paper(paper::Options),
     Bench(bench::Options),
@@ -52,6 +54,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Score(options) => score::run(&options),
         Command::Analyze(options) => analyze::run(&options),
         Command::Devices(options) => devices::run(&options),
+        Command::Terms(options) => terms::run(&options),
         Command::Study(options) => study::run(&options),
         Command::Paper(options) => paper::run(&options),
         Command::Bench(options) => bench::run(&options),

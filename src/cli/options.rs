@@ -37,8 +37,9 @@ pub(super) struct LookOptions {
     /// Vertical field of view of the framing in degrees [framing's default: 35]
     #[arg(long, value_name = "DEGREES")]
     fov: Option<f64>,
-    /// Weights of the terms: five numbers edge,mean,grad,var,hist, or pairs such as grad=0.5
-    /// [default: 0.2 each]
+    /// Weights of the terms in 'klieg terms', such as grad=0.5,relief=0.2: they are set, all others stay.
+    /// Five numbers are those of the paper's terms edge,mean,grad,var,hist, which alone then count
+    /// [default: 0.2 for each of the paper's]
     #[arg(long, value_name = "WEIGHTS", allow_hyphen_values = true)]
     weights: Option<Weights>,
     /// Let scenes name files outside their own folders too: by '..', by absolute paths or 'file:'

@@ -128,6 +128,35 @@ impl Maps {
         pixels.filter(|&(&kind, &t)| kind != PixelType::Background && t >= 0.0).count()
     }
 
+    /// Sets the target picture, for the evaluators that are made of these maps: its encoded
+    /// luminance 0..=1, `n`, negative where it tells nothing.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for another number of pixels, a value that is not a number or above 1, and a
+    /// target that tells no object pixel.
+    pub fn set_target(&mut self, luminance: Vec<f32>) -> Result<()> {
+        let [width, height] = [self.surface.width, self.surface.height];
+        if luminance.len() != self.types.len() {
+            return Err(Error::Argument(format!(
+                "a target picture of {} pixels for a view of {width}x{height}",
+                luminance.len()
+            )));
+        }
+        if let Some(at) = luminance.iter().position(|t| t.is_nan() || *t > 1.0) {
+            return Err(Error::Argument(format!(
+                "the target picture has the luminance {} at pixel {at}: it must be 0 to 1, or negative \
+                 where the picture tells nothing",
+                luminance[at]
+            )));
+        }
+        let before = std::mem::replace(&mut self.target, luminance);
+        if self.told() == 0 {
+            self.target = before;
+            return Err(Error::Argument("the target picture tells no pixel of the object".into()));
+        }
+        Ok(())
+    }
+
     /// What terms read.
     pub fn statistics(&self) -> ViewStatistics {
         let &Self { counts, normal_detail, shape, .. } = self;
@@ -261,6 +290,25 @@ mod tests {
             break_it(&mut broken);
             let error = broken.check().expect_err(expected);
             assert!(error.is_input() && error.to_string().contains(expected), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_target_fits_the_view_and_tells_something() {
+        let types = vec![PixelType::Background, PixelType::Surface, PixelType::Edge];
+        let surface = Surface { width: 3, height: 1, ..Surface::default() };
+        let mut maps = Maps { surface, types, ..Maps::default() };
+        maps.set_target(vec![0.5, -1.0, 1.0]).unwrap();
+        assert_eq!(maps.told(), 1);
+        for (wrong, said) in [
+            (vec![0.5; 2], "2 pixels for a view of 3x1"),
+            (vec![0.5, f32::NAN, 0.5], "NaN at pixel 1"),
+            (vec![0.5, 0.5, 1.5], "1.5 at pixel 2"),
+            (vec![0.5, -1.0, -1.0], "no pixel of the object"),
+        ] {
+            let fault = maps.set_target(wrong).unwrap_err();
+            assert!(fault.is_input() && fault.to_string().contains(said), "{fault}");
+            assert_eq!(maps.target, [0.5, -1.0, 1.0]);
         }
     }
 }

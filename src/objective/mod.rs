@@ -1,6 +1,9 @@
-//! The picture-quality function of Ha and Olivier (2006), after Shacked and Lischinski (2001):
-//! `F = Σ w·F_term`, lower is better. The paper names the five terms but prints no formula, weight
-//! or threshold: what stands here is our reconstruction, `docs/METHOD.md`.
+//! What pictures are judged by: `F = Σ w·F_term` over any list of [`terms`], lower is better. A picture is
+//! measured once ([`Statistics`]), and each term is a formula of what was measured ([`Term`]).
+//!
+//! The default is the picture-quality function of Ha and Olivier (2006), after Shacked and Lischinski
+//! (2001). The paper names its five terms but prints no formula, weight or threshold: what stands here is our
+//! reconstruction, `docs/METHOD.md`.
 
 pub mod maps;
 mod statistics;
@@ -74,6 +77,18 @@ impl Objective {
         within("objective.edge_contrast", self.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
         within("objective.edge_sobel", self.edge_sobel, 0.0, f32::MAX)?;
         within("objective.edge_laplace", self.edge_laplace, 0.0, f32::MAX)
+    }
+
+    /// # Errors
+    /// [`Error::Argument`] where a term of a weight above 0 compares with a target picture, of which the
+    /// caller has none.
+    pub fn check_without_target(&self) -> Result<()> {
+        if !self.needs().target {
+            return Ok(());
+        }
+        let fault = "term target needs a target picture, which only Rust programs can give: \
+                     Maps::set_target";
+        Err(Error::Argument(fault.into()))
     }
 
     /// Whether all terms are klieg's own, so that devices know their formulas.

@@ -52,6 +52,17 @@ impl Needs {
             target: self.target || other.target,
         }
     }
+
+    /// What is needed, a word each.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        let all = [
+            ("detail", self.detail),
+            ("channels", self.channels),
+            ("irradiance", self.irradiance),
+            ("target", self.target),
+        ];
+        all.into_iter().filter(|(_, needed)| *needed).map(|(name, _)| name)
+    }
 }
 
 /// One term of an objective: a number 0..=1 that a picture's statistics make, lower is better.
@@ -78,7 +89,10 @@ impl Term {
     pub fn named(name: &str) -> Result<&'static Self> {
         TERMS.iter().find(|term| term.name == name).copied().ok_or_else(|| {
             let known: Vec<_> = TERMS.iter().map(|term| term.name).collect();
-            Error::Argument(format!("'{name}' is not a term: they are {}", known.join(", ")))
+            Error::Argument(format!(
+                "there is no term '{name}': the terms are {}",
+                known.join(", ")
+            ))
         })
     }
 }
@@ -102,7 +116,7 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// The numbers of klieg's own terms, by name, in that order.
+    /// The numbers of klieg's own terms, by name.
     ///
     /// # Errors
     /// [`Error::Argument`] for a name that is none of a term.
@@ -114,17 +128,25 @@ impl Terms {
         Ok(terms)
     }
 
-    /// Gives a term its number; a term that is not there comes last.
+    /// Gives a term its number. Whatever the order in which they come, klieg's own terms stand in the order
+    /// of [`TERMS`], so that sums over them have the same bits; others follow.
     ///
     /// # Errors
     /// [`Error::Argument`] beyond [`MAX_TERMS`] terms.
     pub fn set(&mut self, term: &'static Term, number: f32) -> Result<()> {
-        let entries = &mut self.entries;
-        let place = entries.iter_mut().find(|entry| entry.is_none_or(|(known, _)| known == term));
-        match place {
-            Some(entry) => *entry = Some((term, number)),
-            None => return Err(Error::Argument(format!("more than {MAX_TERMS} terms"))),
+        let same = |entry: &&mut Option<_>| entry.is_some_and(|(known, _)| known == term);
+        if let Some(entry) = self.entries.iter_mut().find(same) {
+            *entry = Some((term, number));
+            return Ok(());
         }
+        let count = self.iter().count();
+        if count == MAX_TERMS {
+            return Err(Error::Argument(format!("more than {MAX_TERMS} terms")));
+        }
+        let rank = |term| TERMS.iter().position(|&own| own == term).unwrap_or(TERMS.len());
+        let place = self.iter().filter(|&(known, _)| rank(known) <= rank(term)).count();
+        self.entries[place..=count].rotate_right(1);
+        self.entries[place] = Some((term, number));
         Ok(())
     }
 
@@ -198,5 +220,65 @@ impl<'de> Deserialize<'de> for Terms {
             }
         }
         deserializer.deserialize_map(ByName)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    static DARK: Term = Term {
+        name: "dark",
+        title: "Dark",
+        meaning: "how dark the picture is",
+        needs: Needs::NONE,
+        formula: |picture, _, _| 1.0 - picture.mean,
+    };
+
+    fn named(pairs: &[(&str, f32)]) -> Terms {
+        Terms::named(pairs.iter().copied()).unwrap()
+    }
+
+    #[test]
+    fn terms_stand_in_the_order_of_the_table_however_they_come() {
+        let mut terms = Terms::default();
+        terms.set(&DARK, 7.0).unwrap();
+        for (name, number) in [("relief", 1.0), ("edge", 2.0), ("hist", 3.0), ("relief", 4.0)] {
+            terms.set(Term::named(name).unwrap(), number).unwrap();
+        }
+        let all: Vec<_> = terms.iter().map(|(term, number)| (term.name, number)).collect();
+        assert_eq!(all, [("edge", 2.0), ("hist", 3.0), ("relief", 4.0), ("dark", 7.0)]);
+        assert_eq!((terms.get("hist"), terms.get("mean")), (Some(3.0), None));
+        let [ab, ba] = [[("edge", 1.0), ("mean", 2.0)], [("mean", 2.0), ("edge", 1.0)]];
+        assert_eq!(named(&ab), named(&ba));
+        assert_ne!(named(&ab), named(&[("edge", 1.0)]));
+    }
+
+    #[test]
+    fn there_is_room_for_sixteen_terms() {
+        let term = |name| Box::leak(Box::new(Term { name, ..DARK }));
+        let names =
+            ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l", "m", "n", "o", "p"];
+        let mut terms = Terms::default();
+        names.iter().for_each(|name| terms.set(term(name), 1.0).unwrap());
+        assert!(terms.names().eq(names));
+        assert!(terms.set(&DARK, 1.0).is_err() && terms.set(term("p"), 2.0).is_ok());
+    }
+
+    #[test]
+    fn numbers_go_to_json_and_back_by_name() {
+        let terms = named(&[("edge", 0.5), ("burnt", 0.25)]);
+        let text = serde_json::to_string(&terms).unwrap();
+        assert_eq!(text, r#"{"edge":0.5,"burnt":0.25}"#);
+        assert_eq!(serde_json::from_str::<Terms>(&text).unwrap(), terms);
+        let fault = serde_json::from_str::<Terms>(r#"{"bornt":1}"#).unwrap_err().to_string();
+        assert!(fault.contains("no term 'bornt': the terms are edge, mean"), "{fault}");
+    }
+
+    #[test]
+    fn needs_are_named() {
+        let two = Needs::DETAIL.and(Needs::TARGET);
+        assert!(two.names().eq(["detail", "target"]) && Needs::NONE.names().next().is_none());
+        assert!(Needs::CHANNELS.and(Needs::IRRADIANCE).names().eq(["channels", "irradiance"]));
     }
 }

@@ -36,7 +36,9 @@ pub struct Sheet<'a> {
 #[derive(Serialize)]
 struct TermRow {
     name: &'static str,
+    title: &'static str,
     meaning: &'static str,
+    weight: f32,
     headlight: f32,
     best: f32,
 }
@@ -85,13 +87,22 @@ impl Sheet<'_> {
         if before > 0.0 { 100.0 * (1.0 - self.design.quality.score / before) } else { 0.0 }
     }
 
+    /// The terms that were measured.
     fn terms(&self) -> Vec<TermRow> {
-        let headlight = &self.design.headlight.terms;
+        let Design { objective, headlight, quality, .. } = self.design;
         let row = |(term, best): (&'static Term, f32)| {
-            let headlight = headlight.get(term.name).unwrap_or(f32::NAN);
-            TermRow { name: term.name, meaning: term.meaning, headlight, best }
+            let &Term { name, title, meaning, .. } = term;
+            let weight = objective.weights.get(name)?;
+            Some(TermRow {
+                name,
+                title,
+                meaning,
+                weight,
+                headlight: headlight.terms.get(name)?,
+                best,
+            })
         };
-        self.design.quality.terms.iter().map(row).collect()
+        quality.terms.iter().filter_map(row).collect()
     }
 
     /// The scene's radius and the lights in the diagrams, pixels.

@@ -74,6 +74,17 @@ static klieg_evaluator *make_evaluator(const klieg_context *context, const klieg
     return evaluator;
 }
 
+static void print_quality(const char *name, const klieg_quality *quality) {
+    float values[1 + KLIEG_MAX_TERMS] = {quality->score};
+    printf("%s of", name);
+    for (uint32_t i = 0; i < quality->term_count; i++) {
+        printf(" %s", quality->terms[i].name);
+        values[1 + i] = quality->terms[i].value;
+    }
+    printf("\n");
+    print(name, values, 1 + quality->term_count);
+}
+
 static void measure(klieg_evaluator *evaluator) {
     for (klieg_preset preset = 0; preset < 3; preset++) {
         klieg_light rig[KLIEG_MAX_LIGHTS];
@@ -84,8 +95,74 @@ static void measure(klieg_evaluator *evaluator) {
         CHECK(evaluator, klieg_evaluator_evaluate(evaluator, rig, 1, lights, &score));
         CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
         EXPECT(score == quality.score);
-        print("preset", &quality.score, 6);
+        print_quality("preset", &quality);
     }
+}
+
+/* What pictures can be judged by. */
+static void list_terms(void) {
+    const klieg_term_info *term;
+    uint32_t count = 0;
+    for (; (term = klieg_term_at(count)) != NULL; count++) {
+        printf("term %s, %s: %s; %s\n", term->name, term->title, term->meaning, term->needs);
+    }
+    EXPECT(count > 5 && count <= KLIEG_MAX_TERMS && klieg_term_at(UINT32_MAX) == NULL);
+}
+
+/* Another objective than the default. */
+static void judge(const klieg_context *context, const klieg_scene *scene) {
+    klieg_camera camera;
+    klieg_evaluator *evaluator;
+    klieg_objective objective;
+    klieg_quality quality;
+    klieg_light rig[KLIEG_MAX_LIGHTS];
+    uint32_t lights;
+    CHECK(NULL, klieg_camera_look_at(EYE, TARGET, UP, KLIEG_LENS_PERSPECTIVE, 0.7, &camera));
+    CHECK(NULL, klieg_objective_defaults(&objective));
+    EXPECT(objective.weight_count == 5 && objective.weights[4].value == 0.2f);
+    objective.weights[0].value = 0.0f;
+    CHECK(NULL, klieg_objective_set_weight(&objective, "mean", 0.5f));
+    CHECK(NULL, klieg_objective_set_weight(&objective, "range", 0.25f));
+    EXPECT(objective.weight_count == 6 && objective.weights[1].value == 0.5f);
+    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, &objective, NULL,
+                                            &evaluator));
+    CHECK(NULL, klieg_preset_lights(KLIEG_PRESET_HEADLIGHT, rig, COUNT(rig), &lights));
+    CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
+    print_quality("judged", &quality);
+    klieg_evaluator_destroy(evaluator);
+
+    /* A list of one's own; the name may be anywhere. */
+    char name[] = "hist";
+    objective.weights[0] = (klieg_term){name, 1.0f};
+    objective.weight_count = 1;
+    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, &objective, NULL,
+                                            &evaluator));
+    name[0] = 'x';
+    CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
+    EXPECT(strcmp(quality.terms[0].name, "hist") == 0 && quality.terms[0].value == quality.score);
+    klieg_evaluator_destroy(evaluator);
+
+    REFUSE(NULL, klieg_objective_set_weight(&objective, "range", 1.0f), KLIEG_ERROR_ARGUMENT,
+           "no term 'xist'");
+    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, &objective, NULL, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "edge, mean");
+    objective.weights[0].name = NULL;
+    REFUSE(context, klieg_evaluator_of_surface(context, 8, 8, &objective, NULL, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "no term ''");
+    objective.weight_count = KLIEG_MAX_TERMS + 1;
+    REFUSE(context, klieg_evaluator_of_pictures(context, 8, 8, &objective, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "17 weights");
+    objective.weight_count = 0;
+    REFUSE(context, klieg_evaluator_of_pictures(context, 8, 8, &objective, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "weights");
+    CHECK(NULL, klieg_objective_set_weight(&objective, "edge", -1.0f));
+    REFUSE(context, klieg_evaluator_of_pictures(context, 8, 8, &objective, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "weight edge");
+    CHECK(NULL, klieg_objective_defaults(&objective));
+    CHECK(NULL, klieg_objective_set_weight(&objective, "target", 1.0f));
+    REFUSE(context, klieg_evaluator_of_pictures(context, 8, 8, &objective, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "target picture");
+    REFUSE(NULL, klieg_objective_set_weight(NULL, "edge", 1.0f), KLIEG_ERROR_ARGUMENT, "NULL");
 }
 
 static void place(klieg_evaluator *evaluator) {
@@ -366,6 +443,8 @@ int main(int count, char **arguments) {
     EXPECT(triangles == 8 && radius > 1.0 && center[0] > 0.0);
     EXPECT(strcmp(klieg_scene_warnings(scene), "") == 0);
     klieg_evaluator *evaluator = make_evaluator(context, scene);
+    list_terms();
+    judge(context, scene);
     if (count == 1) {
         klieg_scene_destroy(scene);
     }

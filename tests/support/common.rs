@@ -23,7 +23,7 @@ impl Folder {
     /// `klieg` in this folder, on the native evaluator unless `arguments` name a device.
     pub fn klieg(&self, arguments: &[&str]) -> Command {
         let mut command = klieg(arguments);
-        if arguments[0] != "devices" && !arguments.contains(&"--device") {
+        if !["devices", "terms"].contains(&arguments[0]) && !arguments.contains(&"--device") {
             command.args(["--device", "cpu"]);
         }
         command.current_dir(self.folder.path());

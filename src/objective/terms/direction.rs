@@ -7,6 +7,9 @@ use crate::objective::maps::ViewStatistics;
 use crate::objective::{Needs, Objective, Statistics, Term};
 use glam::Vec3;
 
+/// Unit vector towards the light that people expect, on the right; light frame.
+pub const PREFERRED: Vec3 = Vec3::from_array(DIRECTION_PREFERRED);
+
 /// See the module.
 pub static TERM: Term = Term {
     name: "direction",
@@ -22,6 +25,6 @@ fn formula(picture: &Statistics, _: &ViewStatistics, _: &Objective) -> f32 {
         return 0.0;
     }
     // The two differ in the sign of x alone.
-    let cosine = Vec3::new(key.x.abs(), key.y, key.z).dot(DIRECTION_PREFERRED.into());
+    let cosine = Vec3::new(key.x.abs(), key.y, key.z).dot(PREFERRED);
     ((cosine.clamp(-1.0, 1.0).acos() - DIRECTION_FREE) / (DIRECTION_MOST - DIRECTION_FREE)).clamp(0.0, 1.0)
 }

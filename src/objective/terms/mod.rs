@@ -1,5 +1,5 @@
 //! The terms, a file each. A new one joins them with its line in [`TERMS`], and with its formula for the
-//! devices in `shaders/terms/`.
+//! devices in `shaders/include/terms/`.
 
 macro_rules! table {
     ($($name:ident),* $(,)?) => {
