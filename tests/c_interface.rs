@@ -2,14 +2,14 @@
 
 #![cfg(target_os = "linux")]
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, Vec3};
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
 use klieg::lighting::genome::{Boxes, Genome};
 use klieg::lighting::presets::Preset;
 use klieg::lighting::shading::Shading;
 use klieg::lighting::start::{StartSettings, first_of_surface};
-use klieg::lighting::{Light, LightKind, Population, Role};
+use klieg::lighting::{Color, Cone, Light, LightKind, Population, Role};
 use klieg::objective::Objective;
 use klieg::optimize::{Designer, GeneticSettings};
 use klieg::scene::build::{MeshData, SceneBuilder, TextureData};
@@ -180,9 +180,14 @@ fn expected(seed: u64) -> Vec<String> {
             .map(|name| quality.terms.get(name).expect("a term of the paper"));
         line("preset", &[quality.score, edge, mean, grad, var, hist])
     });
-    let (role, kind, diffuse, specular) = (Role::Key, LightKind::Point, 1.5, 0.5);
-    let light =
-        Light { role, kind, elevation: 0.5, azimuth: 0.25, distance: 2.0, diffuse, specular };
+    let light = Light {
+        elevation: 0.5,
+        azimuth: 0.25,
+        distance: 2.0,
+        diffuse: 1.5,
+        specular: 0.5,
+        ..Light::default()
+    };
     let frame = &view.frame;
     let place = light.to_world(frame).truncate();
     let direction = (frame.center - place).normalize();
@@ -190,8 +195,25 @@ fn expected(seed: u64) -> Vec<String> {
     let numbers = [place.x, place.y, place.z, direction.x, intensity, distance];
     let mut lines = presets.to_vec();
     lines.push(line("world", &numbers.map(|number| number as f32)));
+    let spot = Light {
+        kind: LightKind::SPOT,
+        color: Color::of_linear([1.0, 0.5, 0.25]).unwrap(),
+        size: 0.125,
+        cone: Cone { inner: 0.25, outer: 0.5 },
+        aim: Some(Vec3::new(0.0, -0.6, -0.8).normalize()),
+        ..light
+    };
+    let axis = frame.direction_to_world(spot.axis().as_dvec3()).as_vec3().to_array();
+    let size = (0.125 * frame.radius) as f32;
+    let numbers = [&axis[..], &spot.color.linear(), &[0.25, 0.5, size]].concat();
+    lines.push(line("spot", &numbers));
+    let scores = [light, spot].map(|light| {
+        let population = Population::of([&[light][..]]).unwrap();
+        evaluator.qualities(&population).unwrap()[0].score
+    });
+    lines.push(line("scores", &scores));
 
-    let genome = Genome::new(&[Role::Key, Role::Rim], LightKind::Point, &Boxes::default()).unwrap();
+    let genome = Genome::new(&[Role::Key, Role::Rim], LightKind::POINT, &Boxes::default()).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let first = first_of_surface(evaluator.maps().unwrap(), &genome, &mut rng);
     lines.extend(light_lines("first", &genome.decode(&first)));

@@ -68,7 +68,7 @@ impl Stage<'_> {
 /// A search from lights in the middle of their ranges.
 pub fn designer() -> Result<Designer> {
     let roles: [Role; LIGHTS] = [Role::Key, Role::Fill, Role::Rim];
-    let genome = Genome::new(&roles, LightKind::Point, &Boxes::default())?;
+    let genome = Genome::new(&roles, LightKind::POINT, &Boxes::default())?;
     let settings = GeneticSettings { population: RIGS as usize, ..GeneticSettings::endless() };
     Ok(Designer::new(genome, settings, StartSettings::default(), None, 1)?)
 }

@@ -2,6 +2,7 @@
 
 use super::config::{First, Method, Settings};
 use super::session::{Session, milliseconds, warn};
+use crate::lighting::Role;
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
 use crate::lighting::start::{self, StartSettings};
@@ -53,8 +54,9 @@ fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result
         }
         First::Random => return Ok(genome.bounds().iter().map(|r| r.uniform(rng)).collect()),
         First::Scene => {
-            let (rig, warnings) = scene::lights::rig(&session.scene, &session.view)?;
+            let (mut rig, warnings) = scene::lights::rig(&session.scene, &session.view)?;
             warn(&warnings);
+            rig.retain(|light| light.role != Role::Scene);
             return Ok(start::from_rig(genome, &rig)?);
         }
         First::Headlight => Preset::Headlight,
@@ -93,8 +95,9 @@ pub(super) fn search(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Outcome> {
     let start = Instant::now();
-    let mut search = method(session, genome)?;
-    let outcome = optimize::run(&mut *search, genome, &mut *session.evaluator, observe)?;
+    let genome = session.complete(genome)?;
+    let mut search = method(session, &genome)?;
+    let outcome = optimize::run(&mut *search, &genome, &mut *session.evaluator, observe)?;
     session.timing.search = milliseconds(start);
     Ok(outcome)
 }
@@ -123,7 +126,7 @@ pub(super) fn write(
     outcome: &Outcome,
     staging: &mut Staging,
 ) -> Result<Design> {
-    let headlight_rig = Preset::Headlight.rig();
+    let headlight_rig = session.with_kept(Preset::Headlight.rig());
     let headlight = session.evaluator.inspect(&headlight_rig)?;
     let best = session.evaluator.inspect(&outcome.rig)?;
     let header = session.header(Design::SCHEMA);
@@ -131,6 +134,7 @@ pub(super) fn write(
     let settings = in_words(&session.settings);
     let mut design =
         Design::new(header, (*seed, objective), (&best, &headlight), outcome, &session.view);
+    design.scene_lights = session.scene_lights();
 
     let best = session.picture(&outcome.rig)?;
     let headlight = session.picture(&headlight_rig)?;

@@ -8,6 +8,7 @@ mod design;
 mod designer;
 mod device;
 mod devices;
+mod lights;
 mod options;
 mod paper;
 mod print;

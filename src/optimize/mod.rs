@@ -83,7 +83,7 @@ pub(crate) struct Batch {
 
 impl Batch {
     pub fn new(genome: &Genome) -> Result<Self> {
-        let population = Population::new(genome.lights())?;
+        let population = Population::new(genome.rig_lights())?;
         Ok(Self { genome: genome.clone(), population, scores: Vec::new() })
     }
 
