@@ -7,6 +7,7 @@
  * embed contexts N         the same with contexts */
 
 #include "check.h"
+#include <math.h>
 
 static void print(const char *name, const float *values, size_t count) {
     printf("%s", name);
@@ -17,6 +18,14 @@ static void print(const char *name, const float *values, size_t count) {
     }
     printf("\n");
 }
+
+static const klieg_light LIGHT = {.role = KLIEG_ROLE_KEY,
+                                  .kind = KLIEG_LIGHT_POINT,
+                                  .elevation = 0.5f,
+                                  .azimuth = 0.25f,
+                                  .distance = 2.0f,
+                                  .diffuse = 1.5f,
+                                  .specular = 0.5f};
 
 static void print_lights(const char *name, const klieg_light *lights, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
@@ -90,7 +99,7 @@ static void measure(klieg_evaluator *evaluator) {
 
 static void place(klieg_evaluator *evaluator) {
     klieg_frame frame;
-    klieg_light light = {KLIEG_ROLE_KEY, KLIEG_LIGHT_POINT, 0.5f, 0.25f, 2.0f, 1.5f, 0.5f};
+    klieg_light light = LIGHT;
     klieg_world_light world;
     CHECK(evaluator, klieg_evaluator_frame(evaluator, &frame));
     CHECK(NULL, klieg_lights_in_world(&frame, &light, 1, &world));
@@ -173,7 +182,7 @@ static void search(klieg_evaluator *evaluator) {
 
 /* What is wrong is told, and nothing breaks. */
 static void provoke(klieg_context *context, klieg_evaluator *evaluator) {
-    klieg_light light = {KLIEG_ROLE_KEY, KLIEG_LIGHT_POINT, 0.5f, 0.25f, 2.0f, 1.5f, 0.5f};
+    klieg_light light = LIGHT;
     klieg_context *none = context;
     klieg_scene *scene;
     klieg_evaluator *of_surface;
