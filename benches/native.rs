@@ -28,12 +28,13 @@ fn population(lights: usize) -> Population {
     let mut random = ChaCha8Rng::seed_from_u64(0);
     let mut light = || Light {
         role: Role::Key,
-        kind: LightKind::Point,
+        kind: LightKind::POINT,
         elevation: random.random_range(0.0..1.5),
         azimuth: random.random_range(-1.5..1.5),
         distance: random.random_range(1.5..5.0),
         diffuse: random.random_range(0.0..1.0),
         specular: random.random_range(0.0..1.0),
+        ..Light::default()
     };
     let rigs: Vec<Vec<Light>> = (0..RIGS).map(|_| (0..lights).map(|_| light()).collect()).collect();
     Population::of(rigs.iter().map(Vec::as_slice)).expect("rigs of one length")

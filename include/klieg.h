@@ -445,23 +445,35 @@ typedef int32_t klieg_role;
 // How a light reaches the scene: one of `KLIEG_LIGHT_...`.
 typedef int32_t klieg_light_kind;
 
-// A light in the light frame: the camera's axes at the scene's centre, lengths in scene radii.
+// A light in the light frame: the camera's axes at the scene's centre, lengths in scene radii. From
+// `color` on, 0 is the default of each.
 typedef struct klieg_light {
     // What it is for.
     klieg_role role;
-    // Point or directional.
+    // Point, directional or spot.
     klieg_light_kind kind;
     // Elevation above the camera's horizontal plane, radians.
     float elevation;
     // Azimuth, radians: 0 from the viewer, positive to the viewer's right.
     float azimuth;
-    // Distance R of a point light from the scene's centre, scene radii; a directional light ignores it.
+    // Distance R from the scene's centre, scene radii; a directional light ignores it.
     float distance;
     // Diffuse intensity, 0 or more: the radiance that a white matt surface shows which faces the light
     // at the scene's centre. 1 is the brightest that is shown.
     float diffuse;
     // Specular intensity, 0 or more, of which a highlight is made.
     float specular;
+    // Colour, linear RGB, 0 or more, whose brightness does not count; as klieg gives it its luminance is 1.
+    // All 0: white.
+    float color[3];
+    // Radius of the light itself, scene radii, 0 or more.
+    float size;
+    // Half angle of a spot's fully bright inner cone, radians, 0 or more.
+    float cone_inner;
+    // Half angle of a spot's whole cone, radians, more than `cone_inner`, π/2 at most. 0: π/4.
+    float cone_outer;
+    // Axis of a spot's cone, away from the light. All 0: towards the scene's centre.
+    float aim[3];
 } klieg_light;
 
 // The light frame of a view: the camera's unit axes in the world, at the scene's centre.
@@ -482,15 +494,17 @@ typedef struct klieg_frame {
 typedef struct klieg_world_light {
     // What it is for.
     klieg_role role;
-    // Point or directional.
+    // Point, directional or spot.
     klieg_light_kind kind;
-    // Where a point light stands, world units; the scene's centre for a directional one.
+    // Where it stands, world units; the scene's centre for a directional light.
     double position[3];
     // Unit vector along which light reaches the scene's centre.
     double direction[3];
-    // Distance R of a point light from the scene's centre, world units; 0 for a directional one.
+    // Unit axis of a spot's cone, away from the light; all 0 for other lights.
+    double axis[3];
+    // Distance R from the scene's centre, world units; 0 for a directional light.
     double distance;
-    // Physical intensity of the diffuse part: candela of a point light, lux of a directional one, for
+    // Physical intensity of the diffuse part: lux of a directional light, candela of any other, for
     // world units of a metre. A white matt surface that faces it at the scene's centre has the
     // radiance `diffuse`.
     double intensity;
@@ -498,6 +512,15 @@ typedef struct klieg_world_light {
     float diffuse;
     // Specular intensity, relative in the same way.
     float specular;
+    // Colour, linear RGB of luminance 1, which all intensities are multiplied with.
+    float color[3];
+    // Half angle of a spot's fully bright inner cone, radians; 0 for other lights.
+    float cone_inner;
+    // Half angle of a spot's whole cone, radians; 0 for other lights. Between the two the light falls off
+    // as KHR_lights_punctual has it.
+    float cone_outer;
+    // Radius of the light itself, world units.
+    double size;
 } klieg_world_light;
 
 // The main light, in front and above.
@@ -509,11 +532,17 @@ typedef struct klieg_world_light {
 // From behind, to draw the outline.
 #define KLIEG_ROLE_RIM 2
 
+// Stands in the scene already: it can be evaluated, but no search changes it.
+#define KLIEG_ROLE_SCENE 3
+
 // From a point at the distance R from the scene's centre, with falloff (R/d)².
 #define KLIEG_LIGHT_POINT 0
 
 // Parallel, without falloff.
 #define KLIEG_LIGHT_DIRECTIONAL 1
+
+// As a point light, within a cone.
+#define KLIEG_LIGHT_SPOT 2
 
 // One light from the viewer.
 #define KLIEG_PRESET_HEADLIGHT 0
@@ -1209,6 +1238,10 @@ typedef struct klieg_role_box {
     float specular[2];
     // Distance from the scene's centre, scene radii, above 0.
     float distance[2];
+    // Half angle of a spot's cone, degrees, 0.1..90; that of its inner cone is half of it.
+    float cone[2];
+    // Colour of the lights, linear RGB, 0 or more, whose brightness does not count; all 0: white.
+    float color[3];
 } klieg_role_box;
 
 // What a designer looks for, and how. `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and
@@ -1220,6 +1253,9 @@ typedef struct klieg_design {
     uint32_t lights;
     // Kind of all lights; by default point lights.
     klieg_light_kind kind;
+    // Intensities of each light: 2, the default, for a diffuse and a specular one that are free of each
+    // other; 1 for one, as lamps have, in the range `diffuse` of its role.
+    uint32_t intensities;
     // What key lights may be; by default elevation 0..90, azimuth -90..90, intensities 0..2, distance
     // 1.5..5.
     struct klieg_role_box key;

@@ -24,15 +24,7 @@ fn term(terms: &Terms, name: &str) -> f32 {
 
 /// A directional light from the viewer.
 fn headlight(diffuse: f32) -> Light {
-    Light {
-        role: Role::Key,
-        kind: LightKind::Directional,
-        elevation: 0.0,
-        azimuth: 0.0,
-        distance: 1.0,
-        diffuse,
-        specular: 0.0,
-    }
+    Light { kind: LightKind::DIRECTIONAL, diffuse, specular: 0.0, ..Light::default() }
 }
 
 fn maps(scene: &Scene, view: &View) -> Maps {
@@ -206,7 +198,7 @@ fn a_ball_is_best_lit_from_the_side() {
     let (maps, objective, shading) =
         (maps(&scene, &view), Objective::default(), Shading::default());
     let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading).expect("maps that fit");
-    let kind = LightKind::Directional;
+    let kind = LightKind::DIRECTIONAL;
     let genome = starts::position_genome(Role::Key, kind, &Boxes::default()).expect("a genome");
     let mut subject = Subject { scene: &scene, view: &view, evaluator: &mut evaluator };
     let grid = Grid { columns: 31, rows: 16 };

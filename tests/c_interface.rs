@@ -2,7 +2,7 @@
 
 #![cfg(target_os = "linux")]
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, Vec3};
 use klieg::design::Designer;
 use klieg::design::start::first_of_surface;
 use klieg::evaluate::Evaluator;
@@ -10,7 +10,7 @@ use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
 use klieg::lighting::genome::{Boxes, Genome};
 use klieg::lighting::presets::Preset;
 use klieg::lighting::shading::Shading;
-use klieg::lighting::{Light, LightKind, Population, Role};
+use klieg::lighting::{Color, Cone, Light, LightKind, Population, Role};
 use klieg::objective::terms::TERMS;
 use klieg::objective::{Objective, Term};
 use klieg::optimize::{GeneticSettings, Settings};
@@ -193,9 +193,14 @@ fn expected(seed: u64) -> Vec<String> {
         .into_iter()
         .flat_map(|preset| quality_lines("preset", &mut evaluator, preset))
         .collect();
-    let (role, kind, diffuse, specular) = (Role::Key, LightKind::Point, 1.5, 0.5);
-    let light =
-        Light { role, kind, elevation: 0.5, azimuth: 0.25, distance: 2.0, diffuse, specular };
+    let light = Light {
+        elevation: 0.5,
+        azimuth: 0.25,
+        distance: 2.0,
+        diffuse: 1.5,
+        specular: 0.5,
+        ..Light::default()
+    };
     let frame = &view.frame;
     let place = light.to_world(frame).truncate();
     let direction = (frame.center - place).normalize();
@@ -210,8 +215,25 @@ fn expected(seed: u64) -> Vec<String> {
     lines.extend(quality_lines("judged", &mut judge, Preset::Headlight));
     lines.extend(presets.clone());
     lines.push(line("world", &numbers.map(|number| number as f32)));
+    let spot = Light {
+        kind: LightKind::SPOT,
+        color: Color::of_linear([1.0, 0.5, 0.25]).unwrap(),
+        size: 0.125,
+        cone: Cone { inner: 0.25, outer: 0.5 },
+        aim: Some(Vec3::new(0.0, -0.6, -0.8).normalize()),
+        ..light
+    };
+    let axis = frame.direction_to_world(spot.axis().as_dvec3()).as_vec3().to_array();
+    let size = (0.125 * frame.radius) as f32;
+    let numbers = [&axis[..], &spot.color.linear(), &[0.25, 0.5, size]].concat();
+    lines.push(line("spot", &numbers));
+    let scores = [light, spot].map(|light| {
+        let population = Population::of([&[light][..]]).unwrap();
+        evaluator.qualities(&population).unwrap()[0].score
+    });
+    lines.push(line("scores", &scores));
 
-    let genome = Genome::new(&[Role::Key, Role::Rim], LightKind::Point, &Boxes::default()).unwrap();
+    let genome = Genome::new(&[Role::Key, Role::Rim], LightKind::POINT, &Boxes::default()).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let first = first_of_surface(evaluator.maps().unwrap(), &genome, &mut rng);
     lines.extend(light_lines("first", &genome.decode(&first)));

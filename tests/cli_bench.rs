@@ -188,7 +188,7 @@ fn the_paper_s_way_gives_the_same_scores() {
     let place = Folder::new();
     let (mut evaluator, view) = readback(&place);
     for (lights, kind) in
-        [(1, LightKind::Point), (3, LightKind::Directional), (16, LightKind::Point)]
+        [(1, LightKind::POINT), (3, LightKind::DIRECTIONAL), (16, LightKind::POINT)]
     {
         let rigs = gpu::rigs(5, 4, lights, kind);
         let population = gpu::population(&rigs);
@@ -222,7 +222,7 @@ fn the_paper_s_way_gives_the_same_scores() {
 fn the_paper_s_way_reads_whole_pictures_and_makes_nothing_anew() {
     let place = Folder::new();
     let (mut evaluator, view) = readback(&place);
-    let population = gpu::population(&gpu::rigs(1, 6, 2, LightKind::Point));
+    let population = gpu::population(&gpu::rigs(1, 6, 2, LightKind::POINT));
     let mut scores = [0.0; 6];
     evaluator.evaluate(&population, &mut scores).unwrap();
     let before = evaluator.context().counters();

@@ -98,7 +98,7 @@ fn evaluator() -> CpuEvaluator {
 }
 
 fn genome(roles: &[Role]) -> Genome {
-    Genome::new(roles, LightKind::Point, &Boxes::default()).unwrap()
+    Genome::new(roles, LightKind::POINT, &Boxes::default()).unwrap()
 }
 
 fn compass(genome: &Genome) -> Compass {

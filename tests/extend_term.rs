@@ -60,7 +60,7 @@ fn both_evaluators_judge_by_a_term_that_no_shader_knows() {
     let mut gpu = gpu.expect("an evaluator");
     let plain = GpuEvaluator::with_maps(&context, &maps, &view, Objective::default(), shading);
     let mut plain = plain.expect("an evaluator");
-    let rigs = rigs(3, 12, 2, LightKind::Point);
+    let rigs = rigs(3, 12, 2, LightKind::POINT);
     let without = scores(&mut plain, &rigs);
     for evaluator in [&mut native as &mut dyn Evaluator, &mut gpu] {
         let found = scores(evaluator, &rigs);
@@ -87,7 +87,7 @@ fn both_evaluators_judge_by_a_term_that_no_shader_knows() {
 /// The best lights that a short search finds.
 fn search(evaluator: &mut dyn Evaluator) -> Inspection {
     let roles = [Role::Key, Role::Fill];
-    let genome = Genome::new(&roles, LightKind::Point, &Boxes::default()).expect("a genome");
+    let genome = Genome::new(&roles, LightKind::POINT, &Boxes::default()).expect("a genome");
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let first = start::from_rig(&genome, &Preset::ThreePoint.rig()[..2]).expect("two lights");
     let settings =

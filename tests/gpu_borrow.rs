@@ -32,7 +32,7 @@ fn evaluator(context: &Arc<Context>) -> klieg::Result<GpuEvaluator> {
 }
 
 fn scores(evaluator: &mut GpuEvaluator) -> klieg::Result<Vec<f32>> {
-    let population = population(&rigs(5, 9, 2, LightKind::Point));
+    let population = population(&rigs(5, 9, 2, LightKind::POINT));
     let mut scores = vec![0.0; population.len()];
     evaluator.evaluate(&population, &mut scores)?;
     Ok(scores)

@@ -30,7 +30,7 @@ fn evaluator(context: &Arc<Context>, scene: &Scene, [width, height]: [u32; 2]) -
 }
 
 fn lights(count: usize) -> Vec<Vec<Light>> {
-    rigs(7, 5, count, LightKind::Point)
+    rigs(7, 5, count, LightKind::POINT)
 }
 
 fn scores(evaluator: &mut dyn Evaluator, rigs: &[Vec<Light>]) -> Vec<f32> {

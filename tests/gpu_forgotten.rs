@@ -75,7 +75,7 @@ fn evaluators_of_scenes() {
         let ((scene, view), (objective, shading)) = (scene(), settings());
         let new = || GpuEvaluator::new(context, &scene, &view, objective, shading);
         let readback = || ReadbackEvaluator::new(context, &scene, &view, objective, shading);
-        let rigs = rigs(5, 4, 2, LightKind::Point);
+        let rigs = rigs(5, 4, 2, LightKind::POINT);
         let (mut drawn, mut read) = (new().expect("one"), readback().expect("one"));
         let mut scores = [0.0; 4];
         drawn.evaluate(&population(&rigs), &mut scores).expect("scores");
@@ -99,7 +99,7 @@ fn evaluators_of_scenes() {
 #[test]
 fn evaluators_of_maps_and_surfaces() {
     on_a_device(|context, _| {
-        let ((objective, shading), rigs) = (settings(), rigs(5, 4, 2, LightKind::Point));
+        let ((objective, shading), rigs) = (settings(), rigs(5, 4, 2, LightKind::POINT));
         let (maps, view) = (ball(SIZE[0], SIZE[1]), support::view(SIZE[0], SIZE[1], false));
         let known = || GpuEvaluator::with_maps(context, &maps, &view, objective, shading);
         let engines = || SurfaceEvaluator::new(context, SIZE, objective, shading);

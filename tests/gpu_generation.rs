@@ -22,11 +22,11 @@ fn terms_are_those_of_the_plain_twins() {
         assert!(maps.counts.edge > 20 && maps.counts.surface > 20);
         let mut evaluator = evaluator(&context, &maps, &view);
         for (lights, kind) in [
-            (1, LightKind::Point),
-            (2, LightKind::Directional),
-            (3, LightKind::Point),
-            (4, LightKind::Point),
-            (16, LightKind::Directional),
+            (1, LightKind::POINT),
+            (2, LightKind::DIRECTIONAL),
+            (3, LightKind::POINT),
+            (4, LightKind::POINT),
+            (16, LightKind::DIRECTIONAL),
         ] {
             for rig in rigs(lights as u64, 4, lights, kind) {
                 let made = evaluator.inspect(&rig).expect("an inspection");
@@ -47,7 +47,7 @@ fn qualities_are_the_scores_and_terms_of_each_rig() {
     let context = context();
     let (maps, view) = (ball(33, 21), view(33, 21, false));
     let mut evaluator = evaluator(&context, &maps, &view);
-    let all = rigs(8, 41, 2, LightKind::Point);
+    let all = rigs(8, 41, 2, LightKind::POINT);
     let scores = evaluate(&mut evaluator, &all);
     let qualities = evaluator.qualities(&population(&all)).expect("qualities");
     assert_eq!(qualities.iter().map(|q| q.score).collect::<Vec<_>>(), scores);
@@ -63,7 +63,7 @@ fn qualities_are_the_scores_and_terms_of_each_rig() {
 fn one_pixel_and_one_light_are_noticed() {
     let context = context();
     let (maps, view) = (ball(40, 30), view(40, 30, false));
-    let rig = rigs(3, 1, 2, LightKind::Point).remove(0);
+    let rig = rigs(3, 1, 2, LightKind::POINT).remove(0);
     let made = evaluator(&context, &maps, &view).inspect(&rig).expect("an inspection");
     assert!(difference(made.quality(), reference(&maps, &view, &rig).quality()) < TOLERANCE);
 
@@ -97,7 +97,7 @@ fn unusual_pictures() {
     for maps in cases {
         let view = view(maps.surface.width, maps.surface.height, false);
         let mut evaluator = evaluator(&context, &maps, &view);
-        for rig in rigs(11, 3, 2, LightKind::Point) {
+        for rig in rigs(11, 3, 2, LightKind::POINT) {
             let made = evaluator.inspect(&rig).expect("an inspection");
             let expected = reference(&maps, &view, &rig);
             assert!(
@@ -118,7 +118,7 @@ fn an_even_picture_has_no_variance_at_all() {
     maps.surface.base_color = vec![[0.6, 0.5, 0.4]; n];
     maps.surface.metallic = vec![0.0; n];
     maps.surface.emissive = vec![[0.1; 3]; n];
-    let mut rig = rigs(5, 1, 1, LightKind::Directional).remove(0);
+    let mut rig = rigs(5, 1, 1, LightKind::DIRECTIONAL).remove(0);
     rig[0].specular = 0.0;
     let view = view(200, 150, true);
     let made = evaluator(&context, &maps, &view).inspect(&rig).expect("an inspection");
@@ -131,7 +131,7 @@ fn an_even_picture_has_no_variance_at_all() {
 fn populations_of_any_size_give_the_same_bits_in_any_number_of_draws() {
     let (width, height) = (45, 38);
     let (maps, view) = (ball(width, height), view(width, height, false));
-    let all = rigs(9, 300, 3, LightKind::Point);
+    let all = rigs(9, 300, 3, LightKind::POINT);
     let whole = context();
     let mut one_draw = evaluator(&whole, &maps, &view);
     let expected = evaluate(&mut one_draw, &all);
@@ -156,7 +156,7 @@ fn a_population_beyond_the_layer_limit() {
     let context = with_tuning(Tuning { pipeline, ..Default::default() });
     let (maps, view) = (ball(9, 7), view(9, 7, false));
     let layers = context.report().max_layers as usize;
-    let all = rigs(2, layers + 5, 1, LightKind::Directional);
+    let all = rigs(2, layers + 5, 1, LightKind::DIRECTIONAL);
     let mut evaluator = evaluator(&context, &maps, &view);
     let scores = evaluate(&mut evaluator, &all);
     for at in [0, layers - 1, layers, layers + 4] {
@@ -170,10 +170,10 @@ fn a_generation_reads_four_bytes_an_individual_and_makes_nothing() {
     let context = context();
     let (maps, view) = (ball(70, 50), view(70, 50, false));
     let mut evaluator = evaluator(&context, &maps, &view);
-    evaluate(&mut evaluator, &rigs(1, 30, 2, LightKind::Point));
+    evaluate(&mut evaluator, &rigs(1, 30, 2, LightKind::POINT));
     for seed in 2..5 {
         let before = context.counters();
-        evaluate(&mut evaluator, &rigs(seed, 30, 2, LightKind::Point));
+        evaluate(&mut evaluator, &rigs(seed, 30, 2, LightKind::POINT));
         let after = context.counters();
         assert_eq!(after.bytes_read - before.bytes_read, 4 * 30);
         assert_eq!(
@@ -183,7 +183,7 @@ fn a_generation_reads_four_bytes_an_individual_and_makes_nothing() {
     }
     // The counters do count.
     let before = context.counters();
-    evaluate(&mut evaluator, &rigs(1, 31, 3, LightKind::Point));
+    evaluate(&mut evaluator, &rigs(1, 31, 3, LightKind::POINT));
     let after = context.counters();
     assert!(after.allocations > before.allocations && after.pipelines > before.pipelines);
     assert!(after.descriptors > before.descriptors);
@@ -200,7 +200,7 @@ fn more_individuals_than_the_buffers_hold_are_refused() {
     // No buffer of Vulkan's has the 656 GiB of their details.
     let error = evaluator.reserve(u32::MAX, 1).expect_err("too many");
     assert!(error.is_input() && error.to_string().contains("4294967295"), "{error}");
-    let rig = rigs(1, 1, 1, LightKind::Point).remove(0);
+    let rig = rigs(1, 1, 1, LightKind::POINT).remove(0);
     assert_eq!(evaluate(&mut evaluator, std::slice::from_ref(&rig)).len(), 1);
     assert_valid(&context);
 }

@@ -26,7 +26,7 @@ fn evaluated(context: &Arc<Context>) -> GpuEvaluator {
     let (maps, view) = (ball(24, 16), view(24, 16, false));
     let (objective, shading) = (Objective::default(), Shading::default());
     let mut evaluator = GpuEvaluator::with_maps(context, &maps, &view, objective, shading).unwrap();
-    let population = population(&rigs(5, 4, 2, LightKind::Point));
+    let population = population(&rigs(5, 4, 2, LightKind::POINT));
     evaluator.evaluate(&population, &mut [0.0; 4]).unwrap();
     evaluator
 }

@@ -115,7 +115,7 @@ fn pictures_of_every_format_get_the_scores_of_the_twins() {
             let drawn = Drawn::new(engine, ball(width, height));
             let context = borrow(engine, None);
             let mut evaluator = drawn.evaluator(&context);
-            let pictures = drawn.render(&rigs(3, 5, 2, LightKind::Point));
+            let pictures = drawn.render(&rigs(3, 5, 2, LightKind::POINT));
             for Code { format, picture, encode, fetch, exact, tolerance } in CODES {
                 let texels: Vec<u8> = pictures.concat().into_iter().flat_map(encode).collect();
                 let texture = drawn.layers(format, 5, &texels);
@@ -182,7 +182,7 @@ fn colors_and_impossible_texels_become_the_pictures_of_the_twin() {
 fn any_number_of_layers_in_any_number_of_chunks_has_the_same_bits() {
     on_an_engine(|engine| {
         let drawn = Drawn::new(engine, ball(45, 38));
-        let pictures = drawn.render(&rigs(5, 40, 1, LightKind::Directional));
+        let pictures = drawn.render(&rigs(5, 40, 1, LightKind::DIRECTIONAL));
         let texture = drawn.floats(&pictures);
         let expected: Vec<f32> = pictures.iter().map(|p| drawn.quality(p).score).collect();
         let mut whole = Vec::new();
@@ -241,7 +241,7 @@ fn one_pixel_of_one_layer_is_noticed() {
         let drawn = Drawn::new(engine, ball(45, 38));
         let context = borrow(engine, None);
         let mut evaluator = drawn.evaluator(&context);
-        let mut pictures = drawn.render(&rigs(8, 4, 2, LightKind::Point));
+        let mut pictures = drawn.render(&rigs(8, 4, 2, LightKind::POINT));
         let mut look = |pictures: &[Vec<f32>]| {
             let texture = drawn.floats(pictures);
             let imported = import(&evaluator, &texture, 4, red(ENCODED));
@@ -314,7 +314,7 @@ fn recorded_frames_give_the_bits_of_an_evaluation() {
         // Three pictures are measured at once.
         let context = borrow(engine, Some(3 * 4 * 45 * 38));
         let mut evaluator = drawn.evaluator(&context);
-        let pictures = [1, 2].map(|seed| drawn.render(&rigs(seed, 8, 2, LightKind::Point)));
+        let pictures = [1, 2].map(|seed| drawn.render(&rigs(seed, 8, 2, LightKind::POINT)));
         let expected = [0, 1].map(|k| {
             let texture = drawn.floats(&pictures[k]);
             let imported = import(&evaluator, &texture, 8, red(ENCODED));

@@ -96,7 +96,7 @@ fn every_pipeline_agrees_with_the_twins_on_odd_pictures() {
         for (seed, (name, maps)) in pictures().into_iter().enumerate() {
             let view = view(maps.surface.width, maps.surface.height, seed % 2 == 1);
             let mut evaluator = evaluator(&context, &maps, &view);
-            let kind = [LightKind::Point, LightKind::Directional][seed / 2 % 2];
+            let kind = [LightKind::POINT, LightKind::DIRECTIONAL][seed / 2 % 2];
             let rigs = rigs(seed as u64, 2, 2, kind);
             check(&mut evaluator, &maps, &view, &rigs, &format!("{way:?} {name}"));
         }
@@ -115,7 +115,7 @@ fn every_pipeline_agrees_with_the_twins_for_1_to_16_lights() {
         let numbers: &[usize] =
             if way == TILES { &[1, 2, 16] } else { &[1, 2, 3, 4, 5, 8, 11, 16] };
         for &lights in numbers {
-            for kind in [LightKind::Point, LightKind::Directional] {
+            for kind in [LightKind::POINT, LightKind::DIRECTIONAL] {
                 let rigs = rigs(lights as u64, 2, lights, kind);
                 check(&mut evaluator, &maps, &view, &rigs, &format!("{way:?} {lights}"));
             }
@@ -127,7 +127,7 @@ fn every_pipeline_agrees_with_the_twins_for_1_to_16_lights() {
 #[test]
 fn every_pipeline_scores_populations_of_1_to_300() {
     let (maps, view) = (ball(45, 38), view(45, 38, false));
-    let all = rigs(9, 300, 2, LightKind::Point);
+    let all = rigs(9, 300, 2, LightKind::POINT);
     let expected: Vec<_> = all.iter().map(|rig| reference(&maps, &view, rig)).collect();
     for (pipeline, shape) in OF_MAPS {
         let context = context((pipeline, shape));
@@ -166,7 +166,7 @@ fn scenes_look_the_same_in_every_pipeline() {
             let mut evaluator = of_scene(&context, scene, &view);
             let maps = evaluator.maps().expect("maps").clone();
             assert!(maps.counts.edge > 0 && maps.counts.surface > 100);
-            for (lights, kind) in [(1, LightKind::Point), (2, LightKind::Directional)] {
+            for (lights, kind) in [(1, LightKind::POINT), (2, LightKind::DIRECTIONAL)] {
                 let rigs = rigs(lights as u64, 2, lights, kind);
                 check(&mut evaluator, &maps, &view, &rigs, &format!("{way:?} {name}"));
             }
@@ -179,7 +179,7 @@ fn scenes_look_the_same_in_every_pipeline() {
 fn forward_gives_the_same_bits_in_any_number_of_draws() {
     let scene = instances();
     let view = perspective(&scene, 40, 33);
-    let all = rigs(3, 37, 16, LightKind::Point);
+    let all = rigs(3, 37, 16, LightKind::POINT);
     let (pipeline, shape) = FORWARD;
     let whole = context(FORWARD);
     let mut at_once = of_scene(&whole, &scene, &view);
@@ -208,7 +208,7 @@ fn forward_needs_a_scene() {
 #[test]
 fn one_pixel_and_one_light_are_noticed_by_every_pipeline() {
     let (maps, view) = (ball(40, 30), view(40, 30, false));
-    let rig = rigs(3, 1, 2, LightKind::Point).remove(0);
+    let rig = rigs(3, 1, 2, LightKind::POINT).remove(0);
     let mut pixel = maps.clone();
     let center = 15 * 40 + 20;
     pixel.surface.base_color[center] = [0.0; 3];
@@ -229,7 +229,7 @@ fn forward_notices_a_moved_polygon() {
     let context = context(FORWARD);
     let scene = quads();
     let view = perspective(&scene, 64, 48);
-    let rig = rigs(3, 1, 2, LightKind::Point).remove(0);
+    let rig = rigs(3, 1, 2, LightKind::POINT).remove(0);
     let mut evaluator = of_scene(&context, &scene, &view);
     let maps = evaluator.maps().expect("maps").clone();
     let made = evaluator.inspect(&rig).expect("an inspection");
@@ -252,10 +252,10 @@ fn no_pipeline_makes_anything_after_its_first_generation() {
     ] {
         let context = context(way);
         let mut evaluator = of_scene(&context, &scene, &view);
-        evaluate(&mut evaluator, &rigs(1, 30, 2, LightKind::Point));
+        evaluate(&mut evaluator, &rigs(1, 30, 2, LightKind::POINT));
         for seed in 2..5 {
             let before = context.counters();
-            evaluate(&mut evaluator, &rigs(seed, 30, 2, LightKind::Point));
+            evaluate(&mut evaluator, &rigs(seed, 30, 2, LightKind::POINT));
             let after = context.counters();
             assert_eq!(after.bytes_read - before.bytes_read, 4 * 30);
             let made = |c: klieg::gpu::Counters| (c.allocations, c.pipelines, c.descriptors);
@@ -263,7 +263,7 @@ fn no_pipeline_makes_anything_after_its_first_generation() {
         }
         // The counters do count.
         let before = context.counters();
-        evaluate(&mut evaluator, &rigs(1, 31, 2, LightKind::Point));
+        evaluate(&mut evaluator, &rigs(1, 31, 2, LightKind::POINT));
         assert_ne!(context.counters(), before);
         let run: Vec<_> = evaluator.timings().iter().map(|row| row.0).collect();
         assert_eq!(run, stems);
@@ -278,7 +278,7 @@ const COPY: &str = "KLIEG_TEST_COPY";
 #[test]
 fn wider_subgroups_agree_too() {
     let (maps, view) = (ball(83, 59), view(83, 59, false));
-    let all = rigs(4, 30, 2, LightKind::Point);
+    let all = rigs(4, 30, 2, LightKind::POINT);
     let expected: Vec<_> = all.iter().map(|rig| reference(&maps, &view, rig)).collect();
     if std::env::var_os(COPY).is_some() {
         for way in [RUNS, TILES] {

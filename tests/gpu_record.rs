@@ -39,8 +39,8 @@ fn a_recorded_evaluation_gives_the_same_bits() {
     for tuning in tunings() {
         let context = engine.context(&tuning);
         let mut evaluator = evaluator(&context);
-        let first = population(&rigs(1, 9, 3, LightKind::Point));
-        let second = population(&rigs(2, 5, 3, LightKind::Point));
+        let first = population(&rigs(1, 9, 3, LightKind::POINT));
+        let second = population(&rigs(2, 5, 3, LightKind::POINT));
         let expected = [&first, &second].map(|p| scores(&mut evaluator, p));
         assert_ne!(expected[0][..5], expected[1]);
         evaluator.reserve(9, 3).unwrap();
@@ -80,11 +80,11 @@ fn a_population_of_many_updates_is_recorded_whole() {
     let context = engine.context(&tunings()[1]);
     let mut evaluator = evaluator(&context);
     // 150 · 16 lights of 32 bytes are more than one vkCmdUpdateBuffer takes.
-    let many = population(&rigs(3, 150, 16, LightKind::Point));
+    let many = population(&rigs(3, 150, 16, LightKind::POINT));
     let expected = scores(&mut evaluator, &many);
     let frame = record(&engine, &mut evaluator, &many, ScoreTarget::Mapped);
     // What is in the buffer before has nothing to say.
-    scores(&mut evaluator, &population(&rigs(4, 150, 16, LightKind::Directional)));
+    scores(&mut evaluator, &population(&rigs(4, 150, 16, LightKind::DIRECTIONAL)));
     frame.submit();
     frame.wait();
     let mut read = vec![0.0; 150];
@@ -100,7 +100,7 @@ fn what_was_not_reserved_is_refused() {
     for tuning in tunings() {
         let context = engine.context(&tuning);
         let mut evaluator = evaluator(&context);
-        let of = |count, lights| population(&rigs(1, count, lights, LightKind::Point));
+        let of = |count, lights| population(&rigs(1, count, lights, LightKind::POINT));
         assert!(evaluator.read_scores(&mut [0.0]).is_err());
         assert!(evaluator.reserve(4, 17).is_err());
         evaluator.reserve(4, 2).unwrap();

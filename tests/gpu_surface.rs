@@ -249,7 +249,7 @@ fn images_that_are_not_there_are_made_up_for() {
 #[test]
 fn scores_are_those_of_the_plain_twins_for_a_moving_camera() {
     let engine = Engine::new(ALL);
-    let all = rigs(7, 9, 3, LightKind::Point);
+    let all = rigs(7, 9, 3, LightKind::POINT);
     for tuning in tunings() {
         let context = engine.context(&tuning);
         let mut evaluator = evaluator(&context);
@@ -327,7 +327,7 @@ fn before_the_first_view_the_picture_is_empty() {
         assert!(evaluator.view().is_none());
         assert_eq!(evaluator.evaluator().maps().unwrap().counts.object(), 0);
         let mut scores = [0.0; 2];
-        let two = population(&rigs(1, 2, 1, LightKind::Point));
+        let two = population(&rigs(1, 2, 1, LightKind::POINT));
         evaluator.evaluator().evaluate(&two, &mut scores).unwrap();
         assert!(scores[0] == scores[1] && scores[0].is_finite());
     }

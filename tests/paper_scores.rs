@@ -51,7 +51,7 @@ fn open(name: &str) -> (Scene, View) {
 
 /// Six rigs, of one, two and three lights.
 fn all_rigs() -> Vec<Vec<Light>> {
-    let pairs = [(1, LightKind::Point), (2, LightKind::Directional), (3, LightKind::Point)];
+    let pairs = [(1, LightKind::POINT), (2, LightKind::DIRECTIONAL), (3, LightKind::POINT)];
     pairs.into_iter().flat_map(|(lights, kind)| rigs(lights as u64, 2, lights, kind)).collect()
 }
 

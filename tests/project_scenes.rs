@@ -51,7 +51,7 @@ fn both_evaluators_agree_on_200_rigs_in_every_scene() {
         };
         let mut worst = [0f32; 2];
         for lights in 1..=4 {
-            let kinds = [LightKind::Point, LightKind::Directional];
+            let kinds = [LightKind::POINT, LightKind::DIRECTIONAL];
             for (kind, rig) in kinds.into_iter().flat_map(|kind| {
                 rigs(lights as u64, 25, lights, kind).into_iter().map(move |r| (kind, r))
             }) {
@@ -80,7 +80,7 @@ fn design(
     generations: usize,
 ) -> Outcome {
     let roles = [Role::Key, Role::Fill];
-    let genome = Genome::new(&roles, LightKind::Point, &Boxes::default()).unwrap();
+    let genome = Genome::new(&roles, LightKind::POINT, &Boxes::default()).unwrap();
     let genetic = GeneticSettings { generations, ..Default::default() };
     let settings = &Settings { genetic, ..Default::default() };
     let mut rng = ChaCha8Rng::seed_from_u64(0);

@@ -1,9 +1,5 @@
 //! The CPU references of what terms need, on surfaces whose measures are known.
 
-#[path = "support/shapes.rs"]
-#[allow(dead_code, reason = "every test program uses its own part")]
-mod shapes;
-
 use glam::{DMat4, DVec3, Vec3};
 use klieg::cpu::{self, appearance, fitness, gradient, normal_detail, visibility};
 use klieg::lighting::shading::Shading;
@@ -12,7 +8,7 @@ use klieg::math::color::srgb_encode;
 use klieg::objective::maps::{Maps, PixelCounts, PixelType, Surface};
 use klieg::objective::{Objective, Statistics, Terms, UNLIT};
 use klieg::scene::{Material, Mesh};
-use shapes::{matt, orthographic, rectangle, scene, sphere};
+use klieg_support::shapes::{matt, orthographic, rectangle, scene, sphere};
 use std::f32::consts::FRAC_1_SQRT_2;
 
 fn close(a: f64, b: f64, tolerance: f64) {
@@ -29,12 +25,13 @@ fn only(name: &str) -> Objective {
 fn light(elevation: f32, azimuth: f32, diffuse: f32) -> Light {
     Light {
         role: Role::Key,
-        kind: LightKind::Directional,
+        kind: LightKind::DIRECTIONAL,
         elevation: elevation.to_radians(),
         azimuth: azimuth.to_radians(),
         distance: 1.0,
         diffuse,
         specular: 0.0,
+        ..Light::default()
     }
 }
 
@@ -254,9 +251,9 @@ fn the_residual_is_the_mean_square_of_what_the_target_tells() {
 #[test]
 fn the_first_key_light_has_a_direction() {
     let record = |role, kind, azimuth| Light { role, kind, ..light(45.0, azimuth, 1.0) }.record();
-    let fill = record(Role::Fill, LightKind::Directional, 0.0);
-    let point = record(Role::Key, LightKind::Point, 180.0);
-    let late = record(Role::Key, LightKind::Directional, 90.0);
+    let fill = record(Role::Fill, LightKind::DIRECTIONAL, 0.0);
+    let point = record(Role::Key, LightKind::POINT, 180.0);
+    let late = record(Role::Key, LightKind::DIRECTIONAL, 90.0);
     let found = Vec3::from(fitness::key(&[fill, point, late]));
     assert!(found.abs_diff_eq(Vec3::new(0.0, FRAC_1_SQRT_2, -FRAC_1_SQRT_2), 1e-6), "{found}");
     assert_eq!(fitness::key(&[fill]), [0.0; 3]);

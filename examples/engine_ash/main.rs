@@ -324,7 +324,7 @@ fn better_than_the_headlight(
 }
 
 fn genome() -> Result<Genome> {
-    Ok(Genome::new(&ROLES, LightKind::Point, &Boxes::default())?)
+    Ok(Genome::new(&ROLES, LightKind::POINT, &Boxes::default())?)
 }
 
 fn designer(genome: Genome, first: Vec<f32>) -> Result<Designer> {

@@ -68,7 +68,7 @@ impl Stage<'_> {
 /// A search from lights in the middle of their ranges.
 pub fn designer() -> Result<Designer> {
     let roles: [Role; LIGHTS] = [Role::Key, Role::Fill, Role::Rim];
-    let genome = Genome::new(&roles, LightKind::Point, &Boxes::default())?;
+    let genome = Genome::new(&roles, LightKind::POINT, &Boxes::default())?;
     let genetic = GeneticSettings { population: RIGS as usize, ..GeneticSettings::endless() };
     let settings = Settings { genetic, ..Settings::default() };
     Ok(Designer::new(genome, "ga", &settings, None, 1)?)

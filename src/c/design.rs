@@ -1,9 +1,9 @@
 //! The search for lights.
 
-use super::edge::{Outcome, array, free_call, put, text};
+use super::edge::{Fault, Outcome, array, free_call, put, text};
 use super::error::klieg_status;
 use super::light::{
-    KLIEG_LIGHT_POINT, as_kind, as_role, klieg_light, klieg_light_kind, klieg_role,
+    KLIEG_LIGHT_POINT, as_color, as_kind, as_role, klieg_light, klieg_light_kind, klieg_role,
 };
 use crate::lighting::genome::{Boxes, Genome, RoleBox};
 use crate::optimize::{GeneticSettings, GreedySettings, Settings, StartSettings, genetic};
@@ -23,6 +23,10 @@ pub struct klieg_role_box {
     pub specular: [f32; 2],
     /// Distance from the scene's centre, scene radii, above 0.
     pub distance: [f32; 2],
+    /// Half angle of a spot's cone, degrees, 0.1..90; that of its inner cone is half of it.
+    pub cone: [f32; 2],
+    /// Colour of the lights, linear RGB, 0 or more, whose brightness does not count; all 0: white.
+    pub color: [f32; 3],
 }
 
 /// What a designer looks for, and how. `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and
@@ -36,6 +40,9 @@ pub struct klieg_design {
     pub lights: u32,
     /// Kind of all lights; by default point lights.
     pub kind: klieg_light_kind,
+    /// Intensities of each light: 2, the default, for a diffuse and a specular one that are free of each
+    /// other; 1 for one, as lamps have, in the range `diffuse` of its role.
+    pub intensities: u32,
     /// What key lights may be; by default elevation 0..90, azimuth -90..90, intensities 0..2, distance
     /// 1.5..5.
     pub key: klieg_role_box,
@@ -98,6 +105,7 @@ pub unsafe extern "C" fn klieg_design_defaults(design: *mut klieg_design) -> kli
         roles: std::ptr::null(),
         lights: 0,
         kind: KLIEG_LIGHT_POINT,
+        intensities: 2,
         key: box_in_c(&boxes.key),
         fill: box_in_c(&boxes.fill),
         rim: box_in_c(&boxes.rim),
@@ -128,19 +136,30 @@ fn box_in_c(space: &RoleBox) -> klieg_role_box {
         elevation: space.elevation.into(),
         azimuth: space.azimuth.into(),
         diffuse: space.diffuse.into(),
-        specular: space.specular.into(),
+        specular: space.specular.unwrap_or(space.diffuse).into(),
         distance: space.distance.into(),
+        cone: space.cone.into(),
+        color: space.color.linear(),
     }
 }
 
-fn as_box(space: &klieg_role_box) -> RoleBox {
-    RoleBox {
+fn as_box(space: &klieg_role_box, intensities: u32) -> Outcome<RoleBox> {
+    let specular = match intensities {
+        1 => None,
+        2 => Some(space.specular.into()),
+        other => {
+            return Err(Fault::argument(format!("{other} intensities: a light has 1 or 2")));
+        }
+    };
+    Ok(RoleBox {
         elevation: space.elevation.into(),
         azimuth: space.azimuth.into(),
         diffuse: space.diffuse.into(),
-        specular: space.specular.into(),
+        specular,
         distance: space.distance.into(),
-    }
+        cone: space.cone.into(),
+        color: as_color(space.color)?,
+    })
 }
 
 /// # Safety
@@ -149,8 +168,9 @@ pub(super) unsafe fn as_genome(design: &klieg_design) -> Outcome<Genome> {
     // SAFETY: the caller's promise.
     let roles = unsafe { array(design.roles, design.lights as usize, "roles") }?;
     let roles: Vec<_> = roles.iter().map(|&role| as_role(role)).collect::<Outcome<_>>()?;
+    let space = |space| as_box(space, design.intensities);
     let boxes =
-        Boxes { key: as_box(&design.key), fill: as_box(&design.fill), rim: as_box(&design.rim) };
+        Boxes { key: space(&design.key)?, fill: space(&design.fill)?, rim: space(&design.rim)? };
     Ok(Genome::new(&roles, as_kind(design.kind)?, &boxes)?)
 }
 

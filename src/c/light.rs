@@ -3,10 +3,11 @@
 use super::edge::{Fault, Outcome, array, choice, free_call, given, put, room};
 use super::error::klieg_status;
 use crate::lighting::presets::Preset;
-use crate::lighting::{Light, LightKind, MAX_LIGHTS, Population, Rig, Role};
+use crate::lighting::{Color, Cone, Light, LightKind, MAX_LIGHTS, Population, Rig, Role};
 use crate::math::frame::Frame;
 use bytemuck::Zeroable;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+use std::f32::consts::FRAC_PI_2;
 
 /// Lights that a rig can have at most; the least is 1.
 pub const KLIEG_MAX_LIGHTS: usize = 16;
@@ -20,6 +21,8 @@ pub const KLIEG_ROLE_KEY: klieg_role = 0;
 pub const KLIEG_ROLE_FILL: klieg_role = 1;
 /// From behind, to draw the outline.
 pub const KLIEG_ROLE_RIM: klieg_role = 2;
+/// Stands in the scene already: it can be evaluated, but no search changes it.
+pub const KLIEG_ROLE_SCENE: klieg_role = 3;
 
 /// How a light reaches the scene: one of `KLIEG_LIGHT_...`.
 pub type klieg_light_kind = i32;
@@ -27,26 +30,40 @@ pub type klieg_light_kind = i32;
 pub const KLIEG_LIGHT_POINT: klieg_light_kind = 0;
 /// Parallel, without falloff.
 pub const KLIEG_LIGHT_DIRECTIONAL: klieg_light_kind = 1;
+/// As a point light, within a cone.
+pub const KLIEG_LIGHT_SPOT: klieg_light_kind = 2;
 
-/// A light in the light frame: the camera's axes at the scene's centre, lengths in scene radii.
+/// A light in the light frame: the camera's axes at the scene's centre, lengths in scene radii. From
+/// `color` on, 0 is the default of each.
 #[repr(C)]
 #[derive(Clone, Copy, Zeroable)]
 pub struct klieg_light {
     /// What it is for.
     pub role: klieg_role,
-    /// Point or directional.
+    /// Point, directional or spot.
     pub kind: klieg_light_kind,
     /// Elevation above the camera's horizontal plane, radians.
     pub elevation: f32,
     /// Azimuth, radians: 0 from the viewer, positive to the viewer's right.
     pub azimuth: f32,
-    /// Distance R of a point light from the scene's centre, scene radii; a directional light ignores it.
+    /// Distance R from the scene's centre, scene radii; a directional light ignores it.
     pub distance: f32,
     /// Diffuse intensity, 0 or more: the radiance that a white matt surface shows which faces the light
     /// at the scene's centre. 1 is the brightest that is shown.
     pub diffuse: f32,
     /// Specular intensity, 0 or more, of which a highlight is made.
     pub specular: f32,
+    /// Colour, linear RGB, 0 or more, whose brightness does not count; as klieg gives it its luminance is 1.
+    /// All 0: white.
+    pub color: [f32; 3],
+    /// Radius of the light itself, scene radii, 0 or more.
+    pub size: f32,
+    /// Half angle of a spot's fully bright inner cone, radians, 0 or more.
+    pub cone_inner: f32,
+    /// Half angle of a spot's whole cone, radians, more than `cone_inner`, π/2 at most. 0: π/4.
+    pub cone_outer: f32,
+    /// Axis of a spot's cone, away from the light. All 0: towards the scene's centre.
+    pub aim: [f32; 3],
 }
 
 /// The light frame of a view: the camera's unit axes in the world, at the scene's centre.
@@ -71,15 +88,17 @@ pub struct klieg_frame {
 pub struct klieg_world_light {
     /// What it is for.
     pub role: klieg_role,
-    /// Point or directional.
+    /// Point, directional or spot.
     pub kind: klieg_light_kind,
-    /// Where a point light stands, world units; the scene's centre for a directional one.
+    /// Where it stands, world units; the scene's centre for a directional light.
     pub position: [f64; 3],
     /// Unit vector along which light reaches the scene's centre.
     pub direction: [f64; 3],
-    /// Distance R of a point light from the scene's centre, world units; 0 for a directional one.
+    /// Unit axis of a spot's cone, away from the light; all 0 for other lights.
+    pub axis: [f64; 3],
+    /// Distance R from the scene's centre, world units; 0 for a directional light.
     pub distance: f64,
-    /// Physical intensity of the diffuse part: candela of a point light, lux of a directional one, for
+    /// Physical intensity of the diffuse part: lux of a directional light, candela of any other, for
     /// world units of a metre. A white matt surface that faces it at the scene's centre has the
     /// radiance `diffuse`.
     pub intensity: f64,
@@ -87,6 +106,15 @@ pub struct klieg_world_light {
     pub diffuse: f32,
     /// Specular intensity, relative in the same way.
     pub specular: f32,
+    /// Colour, linear RGB of luminance 1, which all intensities are multiplied with.
+    pub color: [f32; 3],
+    /// Half angle of a spot's fully bright inner cone, radians; 0 for other lights.
+    pub cone_inner: f32,
+    /// Half angle of a spot's whole cone, radians; 0 for other lights. Between the two the light falls off
+    /// as KHR_lights_punctual has it.
+    pub cone_outer: f32,
+    /// Radius of the light itself, world units.
+    pub size: f64,
 }
 
 /// Rigs that people use without looking at the scene: one of `KLIEG_PRESET_...`.
@@ -142,21 +170,24 @@ pub unsafe extern "C" fn klieg_lights_in_world(
     })
 }
 
-const ROLES: [Role; 3] = [Role::Key, Role::Fill, Role::Rim];
-const KINDS: [LightKind; 2] = [LightKind::Point, LightKind::Directional];
+const ROLES: [Role; 4] = [Role::Key, Role::Fill, Role::Rim, Role::Scene];
+const KINDS: [LightKind; 3] = [LightKind::POINT, LightKind::DIRECTIONAL, LightKind::SPOT];
 
 fn role(role: Role) -> klieg_role {
     match role {
         Role::Key => KLIEG_ROLE_KEY,
         Role::Fill => KLIEG_ROLE_FILL,
         Role::Rim => KLIEG_ROLE_RIM,
+        Role::Scene => KLIEG_ROLE_SCENE,
     }
 }
 
 fn kind(kind: LightKind) -> klieg_light_kind {
-    match kind {
-        LightKind::Point => KLIEG_LIGHT_POINT,
-        LightKind::Directional => KLIEG_LIGHT_DIRECTIONAL,
+    // A kind of another crate is the one that shines as it does.
+    match (kind.parallel, kind.cone) {
+        (true, _) => KLIEG_LIGHT_DIRECTIONAL,
+        (false, true) => KLIEG_LIGHT_SPOT,
+        (false, false) => KLIEG_LIGHT_POINT,
     }
 }
 
@@ -169,12 +200,58 @@ pub(super) fn as_kind(kind: klieg_light_kind) -> Outcome<LightKind> {
 }
 
 pub(super) fn as_rig(lights: &[klieg_light]) -> Outcome<Rig> {
-    let light = |light: &klieg_light| {
-        let &klieg_light { elevation, azimuth, distance, diffuse, specular, .. } = light;
-        let (role, kind) = (as_role(light.role)?, as_kind(light.kind)?);
-        Ok(Light { role, kind, elevation, azimuth, distance, diffuse, specular })
-    };
-    lights.iter().map(light).collect()
+    lights.iter().map(as_light).collect()
+}
+
+fn as_light(light: &klieg_light) -> Outcome<Light> {
+    let &klieg_light { elevation, azimuth, distance, diffuse, specular, size, aim, .. } = light;
+    let (role, kind) = (as_role(light.role)?, as_kind(light.kind)?);
+    let (color, cone) = (as_color(light.color)?, as_cone(light)?);
+    let aim =
+        match aim {
+            [0.0, 0.0, 0.0] => None,
+            _ => Some(Vec3::from(aim).try_normalize().ok_or_else(|| {
+                Fault::argument(format!("a light's aim {aim:?} is not a direction"))
+            })?),
+        };
+    Ok(Light {
+        role,
+        kind,
+        elevation,
+        azimuth,
+        distance,
+        diffuse,
+        specular,
+        color,
+        size,
+        cone,
+        aim,
+    })
+}
+
+pub(super) fn as_color(color: [f32; 3]) -> Outcome<Color> {
+    if color == [0.0; 3] {
+        return Ok(Color::WHITE);
+    }
+    Color::of_linear(color)
+        .ok_or_else(|| Fault::argument(format!("{color:?} is not the colour of a light")))
+}
+
+fn as_cone(light: &klieg_light) -> Outcome<Cone> {
+    let &klieg_light { cone_inner: inner, cone_outer: outer, .. } = light;
+    if outer == 0.0 {
+        return Ok(Cone::default());
+    }
+    if inner >= 0.0 && inner < outer && outer <= FRAC_PI_2 {
+        return Ok(Cone { inner, outer });
+    }
+    Err(Fault::argument(format!("{inner} and {outer} are not the half angles of a cone")))
+}
+
+/// The cone of a spot, 0 for other lights.
+fn cone(light: &Light) -> [f32; 2] {
+    let Cone { inner, outer } = light.cone;
+    if light.kind.cone { [inner, outer] } else { [0.0; 2] }
 }
 
 /// Rigs of `lights` each, one after the other.
@@ -198,9 +275,22 @@ pub(super) unsafe fn population(
 
 pub(super) fn write_lights(to: &mut [klieg_light], rig: &[Light]) {
     for (to, light) in to.iter_mut().zip(rig) {
-        let &Light { elevation, azimuth, distance, diffuse, specular, .. } = light;
-        let (role, kind) = (role(light.role), kind(light.kind));
-        *to = klieg_light { role, kind, elevation, azimuth, distance, diffuse, specular };
+        let &Light { elevation, azimuth, distance, diffuse, specular, size, .. } = light;
+        let [cone_inner, cone_outer] = cone(light);
+        *to = klieg_light {
+            role: role(light.role),
+            kind: kind(light.kind),
+            elevation,
+            azimuth,
+            distance,
+            diffuse,
+            specular,
+            color: light.color.linear(),
+            size,
+            cone_inner,
+            cone_outer,
+            aim: light.aim.unwrap_or_default().to_array(),
+        };
     }
 }
 
@@ -223,10 +313,12 @@ pub(super) unsafe fn fitting<'a>(
 
 fn world_light(light: &Light, frame: &Frame) -> klieg_world_light {
     let place = light.to_world(frame).truncate();
-    let (position, towards, distance) = match light.kind {
-        LightKind::Point => (place, place - frame.center, f64::from(light.distance) * frame.radius),
-        LightKind::Directional => (frame.center, place, 0.0),
+    let (position, towards, distance) = match light.reach() {
+        Some(reach) => (place, place - frame.center, f64::from(reach) * frame.radius),
+        None => (frame.center, place, 0.0),
     };
+    let axis = light.kind.cone.then(|| frame.direction_to_world(light.axis().as_dvec3()));
+    let [cone_inner, cone_outer] = cone(light);
     klieg_world_light {
         role: role(light.role),
         kind: kind(light.kind),
@@ -234,8 +326,13 @@ fn world_light(light: &Light, frame: &Frame) -> klieg_world_light {
         direction: (-towards).normalize_or_zero().to_array(),
         distance,
         intensity: light.intensity(frame),
+        axis: axis.unwrap_or_default().to_array(),
         diffuse: light.diffuse,
         specular: light.specular,
+        color: light.color.linear(),
+        cone_inner,
+        cone_outer,
+        size: f64::from(light.size) * frame.radius,
     }
 }
 

@@ -165,8 +165,10 @@ impl CameraKey {
 pub struct LightSettings {
     /// How many, or their roles.
     pub roles: Lights,
-    /// Point or directional.
+    /// Point, directional or spot.
     pub kind: LightKind,
+    /// Whether the scene's own lights stay and count.
+    pub keep: bool,
     /// The values that lights of each role may have.
     pub boxes: Boxes,
 }

@@ -37,7 +37,7 @@ impl Options {
     fn settings(&self) -> crate::Result<Settings> {
         let mut settings = self.scene.settings()?;
         self.target.apply(&mut settings);
-        self.search.apply(&mut settings);
+        self.search.apply(&mut settings)?;
         Ok(settings)
     }
 }

@@ -3,6 +3,7 @@
 use super::config::{First, Settings};
 use super::session::{Session, milliseconds, warn};
 use crate::design::{self, Outcome, Progress, start};
+use crate::lighting::Role;
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
 use crate::optimize::{self, Optimizer, Setup};
@@ -53,8 +54,9 @@ fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result
         }
         First::Random => return Ok(genome.bounds().iter().map(|r| r.uniform(rng)).collect()),
         First::Scene => {
-            let (rig, warnings) = scene::lights::rig(&session.scene, &session.view)?;
+            let (mut rig, warnings) = scene::lights::rig(&session.scene, &session.view)?;
             warn(&warnings);
+            rig.retain(|light| light.role != Role::Scene);
             return Ok(start::from_rig(genome, &rig)?);
         }
         First::Headlight => Preset::Headlight,
@@ -83,8 +85,9 @@ pub(super) fn search(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Outcome> {
     let start = Instant::now();
-    let mut search = optimizer(session, genome)?;
-    let outcome = design::run(&mut *search, genome, &mut *session.evaluator, observe)?;
+    let genome = session.complete(genome)?;
+    let mut search = optimizer(session, &genome)?;
+    let outcome = design::run(&mut *search, &genome, &mut *session.evaluator, observe)?;
     session.timing.search = milliseconds(start);
     Ok(outcome)
 }
@@ -104,7 +107,7 @@ pub(super) fn write(
     outcome: &Outcome,
     staging: &mut Staging,
 ) -> Result<Design> {
-    let headlight_rig = Preset::Headlight.rig();
+    let headlight_rig = session.with_kept(Preset::Headlight.rig());
     let headlight = session.evaluator.inspect(&headlight_rig)?;
     let best = session.evaluator.inspect(&outcome.rig)?;
     let header = session.header(Design::SCHEMA);
@@ -112,6 +115,7 @@ pub(super) fn write(
     let settings = in_words(&session.settings);
     let mut design =
         Design::new(header, (*seed, objective), (&best, &headlight), outcome, &session.view);
+    design.scene_lights = session.scene_lights();
 
     let best = session.picture(&outcome.rig)?;
     let headlight = session.picture(&headlight_rig)?;

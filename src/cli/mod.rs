@@ -8,6 +8,7 @@ mod design;
 mod designer;
 mod device;
 mod devices;
+mod lights;
 pub mod optimizer;
 mod options;
 mod paper;

@@ -1,11 +1,12 @@
 //! Options that several subcommands share, and how they change the settings.
 
 use super::config::{CameraKey, First, Pipeline, Settings, ViewSettings};
+use super::lights::{Intensities, LightOptions, kinds};
 use super::optimizer::OptimizerName;
 use super::values::{Device, Lights, Size, Weights};
 use crate::Result;
 use crate::lighting::LightKind;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::PathBuf;
 
 /// The scene, how it is looked at, and how pictures are judged.
@@ -78,8 +79,13 @@ pub(super) struct SearchOptions {
     #[arg(long, value_name = "ROLES|NUMBER")]
     lights: Option<Lights>,
     /// Kind of the lights [default: point]
-    #[arg(long)]
-    kind: Option<Kind>,
+    #[arg(long, value_parser = kinds())]
+    kind: Option<LightKind>,
+    /// Intensities of each light [default: two]
+    #[arg(long, value_name = "NUMBER")]
+    intensities: Option<Intensities>,
+    #[command(flatten)]
+    look: LightOptions,
     /// Individuals of a generation, 2 or more [default: 30]
     #[arg(long, value_name = "N")]
     population: Option<usize>,
@@ -95,24 +101,6 @@ pub(super) struct SearchOptions {
     /// Seed of every random choice [default: 0]
     #[arg(long)]
     seed: Option<u64>,
-}
-
-/// `--kind`.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum Kind {
-    /// Lights at a distance, with falloff
-    Point,
-    /// Parallel light without falloff
-    Directional,
-}
-
-impl From<Kind> for LightKind {
-    fn from(kind: Kind) -> Self {
-        match kind {
-            Kind::Point => Self::Point,
-            Kind::Directional => Self::Directional,
-        }
-    }
 }
 
 impl SceneOptions {
@@ -162,16 +150,24 @@ impl TargetOptions {
 
 impl SearchOptions {
     /// Puts these options in the place of `settings`.
-    pub fn apply(&self, settings: &mut Settings) {
+    ///
+    /// # Errors
+    /// As [`LightOptions::apply`].
+    pub fn apply(&self, settings: &mut Settings) -> Result<()> {
         if let Some(lights) = &self.lights {
             settings.lights.roles = lights.clone();
         }
-        settings.lights.kind = self.kind.map_or(settings.lights.kind, Into::into);
+        settings.lights.kind = self.kind.unwrap_or(settings.lights.kind);
+        if let Some(intensities) = self.intensities {
+            intensities.apply(&mut settings.lights);
+        }
+        self.look.apply(settings)?;
         let search = &mut settings.search;
         search.population = self.population.unwrap_or(search.population);
         search.generations = self.generations.unwrap_or(search.generations);
         settings.optimizer = self.optimizer.unwrap_or(settings.optimizer);
         settings.first = self.first.unwrap_or(settings.first);
         settings.seed = self.seed.unwrap_or(settings.seed);
+        Ok(())
     }
 }

@@ -33,8 +33,9 @@ pub(super) fn design(design: &Design, files: &[PathBuf]) -> String {
     }
     let (generations, evaluations) = (design.generations, design.evaluations);
     let seconds = design.timing_ms.search / 1e3;
+    let own = design.scene_lights.in_words().map_or(String::new(), |words| format!("{words}\n\n"));
     format!(
-        "{qualities}\n\n{}\n\n{generations} generations, {evaluations} evaluations in {seconds:.1} s\n{}",
+        "{qualities}\n\n{}\n\n{own}{generations} generations, {evaluations} evaluations in {seconds:.1} s\n{}",
         lights(&design.lights),
         written(files)
     )
@@ -57,12 +58,14 @@ fn quality_row(name: &str, score: f32, terms: &Terms) -> Vec<String> {
 }
 
 fn lights(lights: &[LightRecord]) -> Table {
-    let names = ["role", "kind", "elevation", "azimuth", "distance", "diffuse", "specular"];
+    let names =
+        ["role", "kind", "colour", "elevation", "azimuth", "distance", "diffuse", "specular"];
     let mut table = columns(&names, &[]);
     for light in lights {
         table.add_row([
-            format!("{:?}", light.role).to_lowercase(),
-            format!("{:?}", light.kind).to_lowercase(),
+            light.role.name().into(),
+            light.kind.to_string(),
+            light.color.to_string(),
             format!("{:.1}°", light.elevation_deg),
             format!("{:.1}°", light.azimuth_deg),
             light.distance.map_or("–".into(), |distance| format!("{distance:.2}")),

@@ -1,6 +1,7 @@
 //! `klieg score`: the quality of a given rig.
 
-use super::options::{Kind, SceneOptions, TargetOptions};
+use super::lights::{LightOptions, kinds};
+use super::options::{SceneOptions, TargetOptions};
 use super::print;
 use super::session::{Session, warn};
 use super::values::LightArg;
@@ -24,12 +25,14 @@ pub(super) struct Options {
     /// diffuse and specular intensity; up to 16 times
     #[arg(long = "light", value_name = "EL,AZ,R,ID,IS", allow_hyphen_values = true)]
     lights: Vec<LightArg>,
-    /// Kind of these lights [default: point]
-    #[arg(long, requires = "lights")]
-    kind: Option<Kind>,
+    /// Kind of these lights; the cone of a spot has a half angle of 45° [default: point]
+    #[arg(long, requires = "lights", value_parser = kinds())]
+    kind: Option<LightKind>,
     /// A usual rig
     #[arg(long, conflicts_with = "lights")]
     preset: Option<PresetName>,
+    #[command(flatten)]
+    look: LightOptions,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -57,7 +60,13 @@ pub(super) fn run(options: &Options) -> Result<()> {
     check_number(options.lights.len().max(1))?;
     let mut settings = options.scene.settings()?;
     options.target.apply(&mut settings);
-    let kind = options.kind.map_or(settings.lights.kind, Into::into);
+    options.look.apply(&mut settings)?;
+    if options.look.colored() && options.lights.is_empty() && options.preset.is_none() {
+        let fault =
+            "--color goes with --light or --preset: the scene's own lights have their colours";
+        return Err(crate::Error::Argument(fault.into()).into());
+    }
+    let kind = options.kind.unwrap_or(settings.lights.kind);
     let mut session = Session::open(&options.scene.scene, settings)?;
     let (source, rig) = rig(options, kind, &session)?;
     let inspection = session.evaluator.inspect(&rig)?;
@@ -77,16 +86,20 @@ pub(super) fn run(options: &Options) -> Result<()> {
 
 /// The rig and where it is from.
 fn rig(options: &Options, kind: LightKind, session: &Session) -> Result<(&'static str, Rig)> {
-    if let Some(name) = options.preset {
+    let (source, mut rig) = if let Some(name) = options.preset {
         let preset = Preset::from(name);
-        return Ok((preset.name(), preset.rig()));
-    }
-    if options.lights.is_empty() {
+        (preset.name(), preset.rig())
+    } else if options.lights.is_empty() {
         let (rig, warnings) = scene::lights::rig(&session.scene, &session.view)?;
         warn(&warnings);
         return Ok(("scene", rig));
+    } else {
+        let role = |i| if i == 0 { Role::Key } else { Role::Fill };
+        let lights = options.lights.iter().enumerate();
+        ("options", lights.map(|(i, light)| light.light(kind, role(i))).collect())
+    };
+    for light in &mut rig {
+        light.color = session.settings.lights.boxes.of(light.role)?.color;
     }
-    let role = |i| if i == 0 { Role::Key } else { Role::Fill };
-    let lights = options.lights.iter().enumerate();
-    Ok(("options", lights.map(|(i, light)| light.light(kind, role(i))).collect()))
+    Ok((source, session.with_kept(rig)))
 }

@@ -8,10 +8,11 @@ use crate::Error;
 use crate::cpu::{self, CpuEvaluator};
 use crate::evaluate::Evaluator;
 use crate::gpu::GpuEvaluator;
-use crate::lighting::{Light, Population};
+use crate::lighting::genome::Genome;
+use crate::lighting::{Light, Population, Rig};
 use crate::objective::Quality;
 use crate::report::exhibit::Studio;
-use crate::report::json::{Header, Timing};
+use crate::report::json::{Header, SceneLights, Timing};
 use crate::report::picture::BACKGROUND;
 use crate::scene::framing::{Framing, frame};
 use crate::scene::load::FileAccess;
@@ -86,6 +87,8 @@ pub(super) struct Session {
     pub settings: Settings,
     /// Times so far.
     pub timing: Timing,
+    /// The scene's own lights, where they are kept: they are part of every rig.
+    kept: Rig,
     /// When the scene was there.
     begin: Instant,
 }
@@ -141,8 +144,9 @@ impl Session {
         let view = view(&scene, &settings.view)?;
         let mut evaluator = evaluator_on(device, &scene, &view, &settings)?;
         sees(&mut evaluator, &scene, &view)?;
+        let kept = kept(&scene, &view, &settings)?;
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
-        Ok(Self { scene, view, evaluator, settings, timing, begin })
+        Ok(Self { scene, view, evaluator, settings, timing, kept, begin })
     }
 
     /// The times of a design that is complete.
@@ -154,6 +158,25 @@ impl Session {
     /// What a result of `schema` begins with.
     pub fn header(&self, schema: &'static str) -> Header {
         Header::new(schema, &self.scene, &self.view, self.evaluator.device())
+    }
+
+    /// The genome with the lights that are kept.
+    ///
+    /// # Errors
+    /// As [`Genome::with_fixed`].
+    pub fn complete(&self, genome: &Genome) -> crate::Result<Genome> {
+        genome.clone().with_fixed(&self.kept)
+    }
+
+    /// A rig with the lights that are kept.
+    pub fn with_kept(&self, rig: Rig) -> Rig {
+        [rig, self.kept.clone()].concat()
+    }
+
+    /// What became of the scene's own lights.
+    pub fn scene_lights(&self) -> SceneLights {
+        let count = scene::lights::own(&self.scene).count();
+        SceneLights { count, kept: self.settings.lights.keep }
     }
 
     /// The view as studies take it.
@@ -201,6 +224,16 @@ pub(super) fn load(path: &Path, access: FileAccess) -> Result<Scene> {
 /// Prints warnings.
 pub(super) fn warn(warnings: &[String]) {
     warnings.iter().for_each(|warning| eprintln!("klieg: warning: {warning}"));
+}
+
+/// The scene's own lights, where the settings keep them.
+fn kept(scene: &Scene, view: &View, settings: &Settings) -> crate::Result<Rig> {
+    if !settings.lights.keep {
+        return Ok(Rig::new());
+    }
+    let (rig, warnings) = scene::lights::own_rig(scene, view)?;
+    warn(&warnings);
+    Ok(rig)
 }
 
 /// The view that the settings ask for.

@@ -1,5 +1,6 @@
 //! Values that the command line and configuration files write the same way.
 
+use super::lights::role;
 use crate::error::within;
 use crate::lighting::genome::Genome;
 use crate::lighting::{Light, LightKind, MAX_LIGHTS, Role, check_number};
@@ -161,12 +162,6 @@ impl FromStr for Lights {
         if let Ok(n) = text.trim().parse() {
             return Self::number(n);
         }
-        let role = |name: &str| match name.trim() {
-            "key" => Ok(Role::Key),
-            "fill" => Ok(Role::Fill),
-            "rim" => Ok(Role::Rim),
-            other => Err(format!("'{other}' is neither a number nor one of key, fill, rim")),
-        };
         let roles = text.split(',').map(role).collect::<Result<Vec<_>, _>>()?;
         let n = roles.len();
         Self::of(roles, n)
@@ -286,7 +281,7 @@ impl LightArg {
     pub fn light(self, kind: LightKind, role: Role) -> Light {
         let [elevation, azimuth, distance, diffuse, specular] = self.0;
         let (elevation, azimuth) = (elevation.to_radians(), azimuth.to_radians());
-        Light { role, kind, elevation, azimuth, distance, diffuse, specular }
+        Light { role, kind, elevation, azimuth, distance, diffuse, specular, ..Light::default() }
     }
 }
 
@@ -377,7 +372,7 @@ mod tests {
     #[test]
     fn lights_in_numbers() {
         let light = "30,-45,2.5,1,0.5".parse::<LightArg>().unwrap();
-        let light = light.light(LightKind::Point, Role::Key);
+        let light = light.light(LightKind::POINT, Role::Key);
         assert_eq!((light.distance, light.diffuse, light.specular), (2.5, 1.0, 0.5));
         assert_eq!(light.azimuth, (-45f32).to_radians());
         refused::<LightArg>(&[

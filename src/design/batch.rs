@@ -3,6 +3,7 @@
 use crate::evaluate::Evaluator;
 use crate::lighting::Population;
 use crate::lighting::genome::Genome;
+use crate::math::frame::Frame;
 use crate::optimize::Optimizer;
 use crate::{Error, Result};
 
@@ -16,12 +17,17 @@ pub(crate) struct Batch {
 
 impl Batch {
     pub fn new(genome: &Genome) -> Result<Self> {
-        let population = Population::new(genome.lights())?;
+        let population = Population::new(genome.rig_lights())?;
         Ok(Self { genome: genome.clone(), population, scores: Vec::new() })
     }
 
     pub fn genome(&self) -> &Genome {
         &self.genome
+    }
+
+    /// Goes on in another light frame.
+    pub fn follow(&mut self, from: &Frame, to: &Frame) {
+        self.genome.follow(from, to);
     }
 
     pub fn population(&self) -> &Population {

@@ -53,7 +53,7 @@ use std::time::{Duration, Instant};
 /// let maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
 /// let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading)?;
 ///
-/// let genome = Genome::new(&[Role::Key, Role::Fill], LightKind::Point, &Boxes::default())?;
+/// let genome = Genome::new(&[Role::Key, Role::Fill], LightKind::POINT, &Boxes::default())?;
 /// let mut designer = Designer::new(genome, "ga", &Settings::endless(), None, 1)?;
 /// let first = designer.advance(&mut evaluator, 1)?;
 /// let later = designer.advance(&mut evaluator, 9)?;
@@ -244,6 +244,7 @@ impl Designer {
         };
         self.search.renew(&moved);
         self.best = self.best.take().map(|(chromosome, score)| (moved(&chromosome), score));
+        self.batch.follow(from, to);
         self.batch.fill(&*self.search)
     }
 

@@ -129,7 +129,7 @@ mod tests {
     proptest! {
         #[test]
         fn first_populations_stay_in_the_box(seed: u64, point: bool) {
-            let kind = if point { LightKind::Point } else { LightKind::Directional };
+            let kind = if point { LightKind::POINT } else { LightKind::DIRECTIONAL };
             let genome = Genome::new(&[Role::Key, Role::Rim], kind, &Boxes::default()).unwrap();
             let normals = [&[-Vec3::Z; 5][..], &[Vec3::Y; 4]].concat();
             let clusters = cluster(&normals, 2, &mut rng(seed));
@@ -148,7 +148,7 @@ mod tests {
         let clusters = [(Vec3::Z, 9), (Vec3::Y, 4), (-Vec3::Z, 2)]
             .map(|(direction, size)| Cluster { direction, size });
         let elevations = |roles: &[Role]| {
-            let genome = Genome::new(roles, LightKind::Point, &Boxes::default()).unwrap();
+            let genome = Genome::new(roles, LightKind::POINT, &Boxes::default()).unwrap();
             let rig = genome.decode(&from_clusters(&genome, &clusters));
             rig.iter().map(|light| light.elevation.to_degrees().round()).collect::<Vec<_>>()
         };
@@ -171,7 +171,7 @@ mod tests {
     fn a_surface_alone_suggests_what_most_of_its_object_pixels_face() {
         use PixelType::{Background, Edge, Surface};
         let roles = [Role::Key, Role::Fill];
-        let genome = Genome::new(&roles, LightKind::Directional, &Boxes::default()).unwrap();
+        let genome = Genome::new(&roles, LightKind::DIRECTIONAL, &Boxes::default()).unwrap();
         let elevations = |maps: &Maps| {
             let rig = genome.decode(&first_of_surface(maps, &genome, &mut rng(3)));
             rig.iter().map(|light| light.elevation.to_degrees().round()).collect::<Vec<_>>()
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn a_given_rig_is_matched_by_role() {
         let roles = [Role::Key, Role::Fill, Role::Rim];
-        let genome = Genome::new(&roles, LightKind::Point, &Boxes::default()).unwrap();
+        let genome = Genome::new(&roles, LightKind::POINT, &Boxes::default()).unwrap();
         let middle: Vec<f32> = genome.bounds().iter().map(Range::middle).collect();
         let [mut key, fill, mut rim] = <[Light; 3]>::try_from(genome.decode(&middle)).unwrap();
         (key.diffuse, rim.diffuse) = (1.5, 0.25);

@@ -39,7 +39,7 @@ pub fn height(rig: &[LightRecord]) -> f32 {
 
 /// A rig of two point lights.
 pub fn genome() -> Genome {
-    Genome::new(&[Role::Key, Role::Fill], LightKind::Point, &Boxes::default()).unwrap()
+    Genome::new(&[Role::Key, Role::Fill], LightKind::POINT, &Boxes::default()).unwrap()
 }
 
 impl Evaluator for Hills {

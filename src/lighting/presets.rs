@@ -9,7 +9,7 @@ pub enum Preset {
     Headlight,
     /// VTK's `vtkLightKit` with its default angles and ratios: key 50°/10° at 0.75, fill −75°/−10° at
     /// a third of the key, two backs 0°/±110° at 1/3.5, a headlight at a third. Its warm and cool
-    /// colours are left out: klieg's lights are white.
+    /// colours are left out: all presets are white.
     LightKit,
     /// The photographer's key, fill and back light.
     ThreePoint,
@@ -53,11 +53,11 @@ impl Preset {
 fn light(role: Role, elevation: f32, azimuth: f32, intensity: f32) -> Light {
     Light {
         role,
-        kind: LightKind::Directional,
+        kind: LightKind::DIRECTIONAL,
         elevation: elevation.to_radians(),
         azimuth: azimuth.to_radians(),
-        distance: 1.0,
         diffuse: intensity,
         specular: intensity,
+        ..Light::default()
     }
 }

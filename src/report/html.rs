@@ -4,7 +4,7 @@
 use super::json::Design;
 use super::{picture, plot};
 use crate::design::Progress;
-use crate::lighting::{Light, LightKind};
+use crate::lighting::Light;
 use crate::objective::Term;
 use anyhow::{Context, Result, anyhow};
 use image::RgbImage;
@@ -50,6 +50,8 @@ struct Spot {
     plan: [f32; 2],
     side: [f32; 2],
     point: bool,
+    /// Its colour, for the style sheet.
+    hex: String,
 }
 
 /// Half the width of a diagram, pixels, with room for a mark at the border.
@@ -76,6 +78,7 @@ impl Sheet<'_> {
             plot => search,
             spots => Serde(spots),
             radius => radius,
+            own_lights => self.design.scene_lights.in_words(),
             settings => self.settings.clone(),
         };
         environment.get_template("report.html")?.render(page).context("the report's template")
@@ -107,14 +110,13 @@ impl Sheet<'_> {
 
     /// The scene's radius and the lights in the diagrams, pixels.
     fn spots(&self) -> (f32, Vec<Spot>) {
-        let points = self.rig.iter().filter(|light| light.kind == LightKind::Point);
-        let extent = points.map(|light| light.distance).fold(2.0, f32::max);
+        let extent = self.rig.iter().filter_map(Light::reach).fold(2.0, f32::max);
         let scale = REACH / extent;
         let spot = |light: &Light| {
-            let point = light.kind == LightKind::Point;
-            let reach = if point { light.distance * scale } else { REACH };
+            let reach = light.reach().map_or(REACH, |reach| reach * scale);
             let [x, y, z] = (light.direction() * reach).to_array();
-            Spot { plan: [x, z], side: [-z, -y], point }
+            let (point, hex) = (!light.kind.parallel, light.color.hex());
+            Spot { plan: [x, z], side: [-z, -y], point, hex }
         };
         (scale, self.rig.iter().map(spot).collect())
     }

@@ -2,7 +2,7 @@
 
 use crate::design::Outcome;
 use crate::evaluate::{DeviceInfo, Inspection};
-use crate::lighting::{Light, LightKind, Role};
+use crate::lighting::{Color, Cone, Light, LightKind, Role};
 use crate::objective::{Objective, Quality, Terms};
 use crate::scene::Scene;
 use crate::scene::view::{Projection, View};
@@ -127,26 +127,38 @@ impl From<&Objective> for ObjectiveRecord {
 pub struct LightRecord {
     /// What it is for.
     pub role: Role,
-    /// Point or directional.
+    /// How it reaches the scene.
     pub kind: LightKind,
+    /// Colour: a temperature (`5600K`) or the sRGB colour nearest to it (`#ffddaa`).
+    pub color: Color,
+    /// The same in linear RGB of luminance 1.
+    pub color_rgb: [f32; 3],
     /// Elevation in the camera's frame, degrees.
     pub elevation_deg: f32,
     /// Azimuth in the camera's frame, degrees.
     pub azimuth_deg: f32,
     /// Distance from the scene's centre, scene radii; none for directional lights.
     pub distance: Option<f32>,
+    /// Radius of the light itself, scene radii.
+    pub size: f32,
+    /// Half angles of a spot's cone, inner and outer, degrees; none for other lights.
+    pub cone_deg: Option<[f32; 2]>,
     /// Diffuse intensity.
     pub diffuse: f32,
     /// Specular intensity.
     pub specular: f32,
     /// Position, world units; none for directional lights.
     pub position: Option<DVec3>,
+    /// Unit axis of a spot's cone, world space, away from the light; none for other lights.
+    pub axis: Option<DVec3>,
 }
 
 impl LightRecord {
     /// The light as it stands in the world of `view`.
     pub fn new(light: &Light, view: &View) -> Self {
-        let reach = (light.kind == LightKind::Point).then_some(light.distance);
+        let reach = light.reach();
+        let Cone { inner, outer } = light.cone;
+        let cone = light.kind.cone.then(|| [inner, outer].map(f32::to_degrees));
         let place = |reach| {
             let direction = light.direction().as_dvec3();
             view.frame.point_to_world(direction * f64::from(reach))
@@ -160,12 +172,45 @@ impl LightRecord {
             diffuse: light.diffuse,
             specular: light.specular,
             position: reach.map(place),
+            color: light.color,
+            color_rgb: light.color.linear(),
+            size: light.size,
+            cone_deg: cone,
+            axis: cone.map(|_| view.frame.direction_to_world(light.axis().as_dvec3())),
         }
     }
 
     /// All lights of a rig.
     pub fn rig(rig: &[Light], view: &View) -> Vec<Self> {
         rig.iter().map(|light| Self::new(light, view)).collect()
+    }
+}
+
+/// What became of the scene's own lights.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct SceneLights {
+    /// How many there are.
+    pub count: usize,
+    /// Whether they stay in the lit scene and count in all scores, rather than neither.
+    pub kept: bool,
+}
+
+impl SceneLights {
+    /// For people; nothing where there are none.
+    pub fn in_words(&self) -> Option<String> {
+        let (lights, verb) = match self.count {
+            0 => return None,
+            1 => ("light".into(), "is"),
+            count => (format!("{count} lights"), "are"),
+        };
+        Some(if self.kept {
+            format!("The scene's own {lights} {verb} kept and counted in all scores.")
+        } else {
+            format!(
+                "The scene's own {lights} {verb} taken out of the lit scene and counted in no score; \
+                 --keep-lights keeps what the scene has."
+            )
+        })
     }
 }
 
@@ -199,6 +244,8 @@ pub struct Design {
     pub headlight: Quality,
     /// The best rig.
     pub lights: Vec<LightRecord>,
+    /// The scene's own lights.
+    pub scene_lights: SceneLights,
     /// Generations that were run.
     pub generations: usize,
     /// Rigs that were evaluated.
@@ -226,6 +273,7 @@ impl Design {
             quality: best.quality(),
             headlight: headlight.quality(),
             lights: LightRecord::rig(&outcome.rig, view),
+            scene_lights: SceneLights::default(),
             generations: outcome.history.len(),
             evaluations: outcome.evaluations(),
             timing_ms: Timing::default(),

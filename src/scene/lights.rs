@@ -1,8 +1,8 @@
 //! A scene's own lights (KHR_lights_punctual) as a rig.
 
 use super::view::View;
-use super::{Scene, SceneLight, SceneLightKind};
-use crate::lighting::{Light, LightKind, MAX_LIGHTS, Rig, Role, angles};
+use super::{Scene, SceneLight};
+use crate::lighting::{Color, Cone, Light, MAX_LIGHTS, Rig, Role, angles};
 use crate::math::color::luminance;
 use crate::{Error, Result};
 use glam::Vec3;
@@ -14,55 +14,90 @@ use std::f64::consts::PI;
 const BEHIND: f32 = 100.0;
 /// Relative change of an intensity up to which the pair in the extras holds as it stands.
 const EDITED: f64 = 1e-3;
-/// Largest difference between the channels of a colour that counts as neutral.
-const NEUTRAL: f32 = 1e-3;
+/// Distance of unit vectors up to which a spot counts as aimed at the scene's centre.
+const CENTRED: f32 = 1e-4;
 
-/// What klieg writes beside a light of a lit scene, as glTF has no pair of intensities.
+/// What klieg writes beside a light of a lit scene, as glTF has no place for it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct LightExtras {
     pub role: Role,
     pub diffuse: f32,
     pub specular: f32,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub size: f32,
 }
 
-/// The lights of `scene` in the light frame of `view`, and what the rig could not take over, for
-/// people to read.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(value: &f32) -> bool {
+    *value == 0.0
+}
+
+/// The lights of a scene that klieg did not write.
+pub fn own(scene: &Scene) -> impl Iterator<Item = &SceneLight> {
+    scene.lights.iter().filter(|light| klieg_block(light).is_none())
+}
+
+/// All lights of `scene` in the light frame of `view`, and what the rig could not take over, for people to
+/// read.
 ///
-/// Lights that klieg wrote are taken alone where there are any: the others are those of the original
-/// scene. The diffuse intensity undoes the one of [`lit::write`](super::lit::write); the specular
-/// one comes from the light's extras, or is the same. Where a light that klieg wrote has another
-/// intensity, distance or colour by now, both of its intensities scale with it. Spot lights
-/// become point lights, and a colour its luminance. Lights that are not klieg's take their roles from
-/// where they stand: the brightest is the key, those behind are rims, the rest fills.
+/// The lights that klieg wrote come first, and the scene's own follow as [`Role::Scene`]. The diffuse
+/// intensity undoes the one of [`lit::write`](super::lit::write); the specular one comes from the light's
+/// extras, or is the same. Where a light that klieg wrote has another intensity, distance or colour by now,
+/// both of its intensities scale with it. Where none is klieg's, all take their roles from where they
+/// stand: the brightest is the key, those behind are rims, the rest fills.
 ///
 /// # Errors
 /// [`Error::Input`] when the scene has no lights or one without a meaning,
 /// [`Error::Argument`] when it has more than [`MAX_LIGHTS`].
 pub fn rig(scene: &Scene, view: &View) -> Result<(Rig, Vec<String>)> {
-    let written = |light: &&SceneLight| klieg_block(light).is_some();
-    let has_written = scene.lights.iter().any(|light| written(&light));
-    let taken: Vec<_> = scene.lights.iter().filter(|l| !has_written || written(l)).collect();
-    if taken.is_empty() {
+    if scene.lights.is_empty() {
         return Err(Error::input(&scene.path, "has no lights"));
     }
-    if taken.len() > MAX_LIGHTS {
-        let (path, count) = (scene.path.display(), taken.len());
+    if scene.lights.len() > MAX_LIGHTS {
+        let (path, count) = (scene.path.display(), scene.lights.len());
         return Err(Error::Argument(format!(
             "{path} has {count} lights: a rig has at most {MAX_LIGHTS}"
         )));
     }
-    let mut warnings = Vec::new();
-    let mut rig = Rig::new();
-    for light in taken {
-        let fault = |fault: String| Error::input(&scene.path, format!("{} {fault}", title(light)));
-        rig.push(read(light, view).map_err(fault)?);
-        warn(light, &mut warnings);
-    }
+    let written = scene.lights.iter().filter(|light| klieg_block(light).is_some());
+    let (mut rig, mut warnings) = read_all(scene, view, written)?;
+    let (own, more) = own_rig(scene, view)?;
+    let has_written = !rig.is_empty();
+    rig.extend(own);
+    warnings.extend(more);
     if !has_written {
         assign_roles(&mut rig);
     }
     for light in rig.iter_mut().filter(|light| light.role == Role::Rim && light.azimuth < 0.0) {
         light.azimuth += TAU; // a rim's azimuths run from one side round the back to the other
+    }
+    Ok((rig, warnings))
+}
+
+/// The lights of [`own`] as [`Role::Scene`], none where there are none, and warnings as [`rig`] has them.
+///
+/// # Errors
+/// [`Error::Input`] for a light without a meaning.
+pub fn own_rig(scene: &Scene, view: &View) -> Result<(Rig, Vec<String>)> {
+    read_all(scene, view, own(scene))
+}
+
+fn read_all<'a>(
+    scene: &Scene,
+    view: &View,
+    lights: impl Iterator<Item = &'a SceneLight>,
+) -> Result<(Rig, Vec<String>)> {
+    let mut warnings = Vec::new();
+    let mut rig = Rig::new();
+    for light in lights {
+        let fault = |fault: String| Error::input(&scene.path, format!("{} {fault}", title(light)));
+        rig.push(read(light, view).map_err(fault)?);
+        if let Some(range) = light.range {
+            warnings.push(format!(
+                "{} has a range of {range}: klieg's falloff has no end",
+                title(light)
+            ));
+        }
     }
     Ok((rig, warnings))
 }
@@ -76,27 +111,21 @@ fn title(light: &SceneLight) -> String {
     format!("light '{}'", light.name)
 }
 
-/// One light; its role is [`Role::Fill`] where klieg did not write it.
+/// One light; its role is [`Role::Scene`] where klieg did not write it.
 fn read(light: &SceneLight, view: &View) -> Result<Light, String> {
     let into_frame = view.frame.from_world();
-    let (kind, towards, distance) = match light.kind {
-        SceneLightKind::Point | SceneLightKind::Spot => {
-            let position = into_frame.transform_point3(light.position);
-            (LightKind::Point, position, position.length())
-        }
-        SceneLightKind::Directional => {
-            (LightKind::Directional, into_frame.transform_vector3(-light.direction), 1.0)
-        }
+    let kind = light.kind;
+    let (towards, distance) = if kind.parallel {
+        (into_frame.transform_vector3(-light.direction), 1.0)
+    } else {
+        let position = into_frame.transform_point3(light.position);
+        (position, position.length())
     };
-    let towards = towards.try_normalize().ok_or(match kind {
-        LightKind::Point => "stands at the scene's very centre",
-        LightKind::Directional => "has no direction",
-    })?;
-    let (elevation, azimuth) = angles(towards.as_vec3());
-    let area = match kind {
-        LightKind::Point => (distance * view.frame.radius).powi(2),
-        LightKind::Directional => 1.0,
-    };
+    let nowhere =
+        if kind.parallel { "has no direction" } else { "stands at the scene's very centre" };
+    let towards = towards.try_normalize().ok_or(nowhere)?.as_vec3();
+    let (elevation, azimuth) = angles(towards);
+    let area = if kind.parallel { 1.0 } else { (distance * view.frame.radius).powi(2) };
     let measured =
         f64::from(light.intensity) * f64::from(luminance(Vec3::from(light.color))) / (PI * area);
     if !(measured.is_finite() && measured >= 0.0) {
@@ -106,21 +135,35 @@ fn read(light: &SceneLight, view: &View) -> Result<Light, String> {
         Some(block) => scaled(parse(block)?, measured),
         None => {
             let intensity = measured as f32;
-            LightExtras { role: Role::Fill, diffuse: intensity, specular: intensity }
+            LightExtras { role: Role::Scene, diffuse: intensity, specular: intensity, size: 0.0 }
         }
     };
-    let LightExtras { role, diffuse, specular } = extras;
-    Ok(Light { role, kind, elevation, azimuth, distance: distance as f32, diffuse, specular })
+    let LightExtras { role, diffuse, specular, size } = extras;
+    let axis = into_frame.transform_vector3(light.direction).normalize_or_zero().as_vec3();
+    Ok(Light {
+        role,
+        kind,
+        elevation,
+        azimuth,
+        distance: distance as f32,
+        diffuse,
+        specular,
+        // A black light has no colour, and no intensity either.
+        color: Color::of_linear(light.color).unwrap_or_default(),
+        size,
+        cone: if kind.cone { light.cone } else { Cone::default() },
+        aim: Some(axis).filter(|axis| kind.cone && axis.distance(-towards) > CENTRED),
+    })
 }
 
 fn parse(block: &serde_json::Value) -> Result<LightExtras, String> {
     let extras = LightExtras::deserialize(block)
         .map_err(|error| format!("has extras that klieg did not write so: {error}"))?;
     let valid = |value: f32| value.is_finite() && value >= 0.0;
-    if valid(extras.diffuse) && valid(extras.specular) {
+    if valid(extras.diffuse) && valid(extras.specular) && valid(extras.size) {
         Ok(extras)
     } else {
-        Err("has a negative or infinite intensity in its extras".into())
+        Err("has a negative or infinite intensity or size in its extras".into())
     }
 }
 
@@ -134,17 +177,6 @@ fn scaled(written: LightExtras, measured: f64) -> LightExtras {
     let factor = if diffuse > 0.0 { measured / diffuse } else { 1.0 };
     let specular = (f64::from(written.specular) * factor) as f32;
     LightExtras { diffuse: measured as f32, specular, ..written }
-}
-
-fn warn(light: &SceneLight, warnings: &mut Vec<String>) {
-    let title = title(light);
-    if light.kind == SceneLightKind::Spot {
-        warnings.push(format!("{title} is a spot light and is taken as a point light"));
-    }
-    let color = Vec3::from(light.color);
-    if color.max_element() - color.min_element() > NEUTRAL {
-        warnings.push(format!("{title} is coloured; only its luminance is taken"));
-    }
 }
 
 /// Roles for lights that have none: the brightest is the key, those behind are rims.
@@ -163,6 +195,7 @@ fn assign_roles(rig: &mut Rig) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lighting::LightKind;
     use crate::math::frame::Frame;
     use crate::scene::view::{Camera, Projection};
     use glam::{DVec3, Mat4};
@@ -191,14 +224,16 @@ mod tests {
         }
     }
 
-    fn light(kind: SceneLightKind, position: DVec3, intensity: f64) -> SceneLight {
+    fn light(kind: LightKind, position: DVec3, intensity: f64) -> SceneLight {
         SceneLight {
             name: "Lamp".into(),
             position,
             direction: -DVec3::X,
             kind,
+            cone: Cone { inner: 0.25, outer: 0.5 },
             color: [1.0; 3],
             intensity: intensity as f32,
+            range: None,
             klieg: None,
         }
     }
@@ -219,8 +254,8 @@ mod tests {
 
     #[test]
     fn a_point_light_is_read_in_the_light_frame() {
-        let light = read_one(light(SceneLightKind::Point, BESIDE, PI * 0.5 * 16.0));
-        assert_eq!((light.role, light.kind), (Role::Key, LightKind::Point));
+        let light = read_one(light(LightKind::POINT, BESIDE, PI * 0.5 * 16.0));
+        assert_eq!((light.role, light.kind), (Role::Key, LightKind::POINT));
         let values = [light.elevation, light.azimuth, light.distance, light.diffuse];
         let expected = [0.0, std::f32::consts::FRAC_PI_2, 2.0, 0.5];
         assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{values:?}");
@@ -229,10 +264,10 @@ mod tests {
 
     #[test]
     fn a_directional_light_comes_from_where_it_does_not_shine() {
-        let light = read_one(light(SceneLightKind::Directional, BESIDE, PI));
+        let light = read_one(light(LightKind::DIRECTIONAL, BESIDE, PI));
         assert_eq!(
             (light.kind, light.elevation, light.azimuth),
-            (LightKind::Directional, 0.0, 0.0)
+            (LightKind::DIRECTIONAL, 0.0, 0.0)
         );
         assert!((light.diffuse - 1.0).abs() < 1e-6);
     }
@@ -240,7 +275,7 @@ mod tests {
     #[test]
     fn the_written_pair_holds_until_the_light_is_edited() {
         let with = |id: f64, klieg| {
-            let light = light(SceneLightKind::Point, BESIDE, PI * id * 16.0);
+            let light = light(LightKind::POINT, BESIDE, PI * id * 16.0);
             let light = read_one(SceneLight { klieg, ..light });
             assert_eq!(light.role, Role::Rim);
             (light.diffuse, light.specular)
@@ -255,18 +290,22 @@ mod tests {
     }
 
     #[test]
-    fn klieg_lights_stand_for_the_original_ones() {
-        let original = light(SceneLightKind::Point, BESIDE, 1e6);
-        let klieg =
-            SceneLight { klieg: written(0.0, 0.2), ..light(SceneLightKind::Point, BESIDE, 0.0) };
+    fn klieg_s_lights_come_first_and_the_scene_s_own_follow() {
+        let original = light(LightKind::POINT, BESIDE, 1e6);
+        let klieg = SceneLight { klieg: written(0.0, 0.2), ..light(LightKind::POINT, BESIDE, 0.0) };
         let scene = Scene { lights: vec![original, klieg], ..Scene::default() };
-        let (rig, _) = rig(&scene, &view()).expect("a rig");
-        assert_eq!((rig.len(), rig[0].specular), (1, 0.2));
+        let (both, _) = rig(&scene, &view()).expect("a rig");
+        let roles: Vec<_> = both.iter().map(|light| light.role).collect();
+        assert_eq!(roles, [Role::Rim, Role::Scene]);
+        assert_eq!(both[0].specular, 0.2);
+        let (own, _) = own_rig(&scene, &view()).expect("a rig");
+        assert_eq!(own, both[1..]);
+        assert_eq!(own_rig(&Scene::default(), &view()).expect("a rig").0, []);
     }
 
     #[test]
     fn roles_of_unknown_lights_follow_from_their_places() {
-        let at = |position, id: f64| light(SceneLightKind::Point, position, id);
+        let at = |position, id: f64| light(LightKind::POINT, position, id);
         let behind = DVec3::new(-3.0, 2.0, 4.0);
         let lights = vec![at(BESIDE, 1.0), at(behind, 1.0), at(BESIDE, 9.0), at(BESIDE, 9.0)];
         let scene = Scene { lights, ..Scene::default() };
@@ -277,21 +316,34 @@ mod tests {
     }
 
     #[test]
-    fn what_a_rig_cannot_have_is_warned_of() {
-        let spot = light(SceneLightKind::Spot, BESIDE, PI * 16.0);
-        let scene = Scene {
-            lights: vec![SceneLight { color: [1.0, 0.0, 0.0], ..spot }],
-            ..Scene::default()
-        };
-        let (rig, warnings) = rig(&scene, &view()).expect("a rig");
-        assert!((rig[0].diffuse - 0.2126).abs() < 1e-5 && rig[0].kind == LightKind::Point);
-        assert!(warnings[0].contains("'Lamp' is a spot"), "{warnings:?}");
-        assert!(warnings[1].contains("coloured"), "{warnings:?}");
+    fn colours_and_cones_are_read() {
+        let spot = light(LightKind::SPOT, BESIDE, PI * 16.0);
+        let red = read_one(SceneLight { color: [1.0, 0.0, 0.0], ..spot.clone() });
+        assert_eq!((red.kind, red.cone), (LightKind::SPOT, spot.cone));
+        assert!((red.diffuse - 0.2126).abs() < 1e-5);
+        assert_eq!(Some(red.color), Color::of_linear([0.5, 0.0, 0.0]));
+        // It stands at the viewer's right and shines along −X, away from the viewer.
+        let aim = red.aim.expect("an aim");
+        assert!(aim.abs_diff_eq(Vec3::NEG_Z, 1e-6), "{aim}");
+        let centred = read_one(SceneLight { direction: DVec3::Z, ..spot.clone() });
+        assert_eq!((centred.aim, centred.axis()), (None, -centred.direction()));
+        let black = read_one(SceneLight { color: [0.0; 3], ..spot });
+        assert_eq!((black.diffuse, black.color), (0.0, Color::WHITE));
+        let point = read_one(light(LightKind::POINT, BESIDE, 1.0));
+        assert_eq!((point.aim, point.cone), (None, Cone::default()));
+    }
+
+    #[test]
+    fn a_range_is_warned_of() {
+        let lamp = SceneLight { range: Some(5.0), ..light(LightKind::POINT, BESIDE, 1.0) };
+        let scene = Scene { lights: vec![lamp], ..Scene::default() };
+        let (_, warnings) = rig(&scene, &view()).expect("a rig");
+        assert!(warnings[0].contains("'Lamp' has a range of 5"), "{warnings:?}");
     }
 
     #[test]
     fn scenes_without_a_rig_are_refused() {
-        let point = || light(SceneLightKind::Point, BESIDE, 1.0);
+        let point = || light(LightKind::POINT, BESIDE, 1.0);
         let fails = |lights: Vec<SceneLight>, message: &str| {
             let scene = Scene { path: "a.glb".into(), lights, ..Scene::default() };
             let error = rig(&scene, &view()).expect_err(message);

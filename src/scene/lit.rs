@@ -7,11 +7,12 @@ mod strip;
 use super::lights::LightExtras;
 use super::load::FileAccess;
 use super::view::{DesignedView, Projection, View};
-use crate::lighting::{Light, LightKind, Role};
+use crate::lighting::{Color, Light, Role};
 use crate::{Error, Result};
 use document::{Document, array, object};
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
+use std::f32::consts::FRAC_PI_2;
 use std::path::Path;
 
 /// The extension that holds lights.
@@ -21,14 +22,17 @@ const EXTRAS: &str = "klieg";
 /// How far an orthographic camera without a far plane sees, scene radii; as [`View::new`] has it.
 const FAR: f64 = 1e4;
 
-/// Writes the scene in the file `source` to `out` as one self-contained GLB: unchanged, with the
-/// lights of `rig` and the camera of `view` appended as nodes. What klieg appended to it before is
-/// replaced. The buffers and images that `source` names, and that anything in it uses, are taken in
-/// where `access` allows them; files that unknown extensions alone name stay outside.
+/// Writes the scene in the file `source` to `out` as one self-contained GLB, with the lights of `rig` and
+/// the camera of `view` appended as nodes. What klieg appended to it before is replaced. Files that
+/// `source` names, and that anything in it uses, are taken in where `access` allows them; files that unknown
+/// extensions alone name stay outside.
 ///
-/// Intensities are physical, as [`Light::intensity`] says. The pair of diffuse and specular intensity
-/// stands in the `extras` of the light's node as
-/// `{"klieg": {"light": {"role", "diffuse", "specular"}}}`.
+/// A viewer shows what was scored: the scene's own lights stay where `rig` has them ([`Role::Scene`]), and
+/// are taken out where it has none of them. All else of the scene is unchanged.
+///
+/// Intensities are physical, as [`Light::intensity`] says; a colour has its largest channel at 1. What glTF
+/// has no place for stands in the `extras` of the light's node as
+/// `{"klieg": {"light": {"role", "diffuse", "specular"}}}`, and `"size"` where there is one.
 ///
 /// # Errors
 /// [`Error::Input`] when `source` or a file that it names cannot be used, [`Error::Argument`] for a
@@ -40,12 +44,17 @@ pub fn write(
     rig: &[Light],
     out: &Path,
 ) -> Result<()> {
+    let (scene_lights, rig): (Vec<Light>, Vec<Light>) =
+        rig.iter().copied().partition(|light| light.role == Role::Scene);
     rig.iter().try_for_each(check)?;
     let mut document = Document::read(source)?;
     strip::strip(&mut document.root);
+    if scene_lights.is_empty() {
+        strip::strip_lights(&mut document.root);
+    }
     document.embed_files(access)?;
     let scene = drawn_scene(&mut document)?;
-    for (light, name) in rig.iter().zip(names(rig)) {
+    for (light, name) in rig.iter().zip(names(&rig)) {
         let index = add_light(&mut document, light_json(light, view, &name))?;
         add_node(&mut document, scene, light_node(light, view, &name, index))?;
     }
@@ -58,10 +67,13 @@ pub fn write(
 
 /// Refuses a light that glTF cannot express.
 fn check(light: &Light) -> Result<()> {
-    let values = [light.elevation, light.azimuth, light.diffuse, light.specular];
-    let reach = if light.kind == LightKind::Point { light.distance } else { 1.0 };
-    let finite = values.iter().all(|value| value.is_finite()) && reach.is_finite();
-    if finite && reach > 0.0 && light.diffuse >= 0.0 && light.specular >= 0.0 {
+    let Light { elevation, azimuth, diffuse, specular, size, cone, .. } = *light;
+    let reach = light.reach().unwrap_or(1.0);
+    let values = [elevation, azimuth, diffuse, specular, size, reach];
+    let finite = values.iter().all(|value| value.is_finite()) && light.axis().is_normalized();
+    let open = cone.inner >= 0.0 && cone.inner < cone.outer && cone.outer <= FRAC_PI_2;
+    let positive = reach > 0.0 && diffuse >= 0.0 && specular >= 0.0 && size >= 0.0;
+    if finite && positive && (open || !light.kind.cone) {
         Ok(())
     } else {
         Err(Error::Argument(format!("{light:?} cannot be written as a glTF light")))
@@ -72,11 +84,7 @@ fn check(light: &Light) -> Result<()> {
 fn names(rig: &[Light]) -> impl Iterator<Item = String> {
     rig.iter().enumerate().map(|(index, light)| {
         let of_role = |lights: &[Light]| lights.iter().filter(|l| l.role == light.role).count();
-        let role = match light.role {
-            Role::Key => "key",
-            Role::Fill => "fill",
-            Role::Rim => "rim",
-        };
+        let role = light.role.name();
         if of_role(rig) == 1 {
             format!("klieg {role}")
         } else {
@@ -139,11 +147,24 @@ fn add_light(document: &mut Document, light: Value) -> Result<usize> {
 }
 
 fn light_json(light: &Light, view: &View, name: &str) -> Value {
-    let kind = match light.kind {
-        LightKind::Point => "point",
-        LightKind::Directional => "directional",
+    // A kind that glTF does not know is the one of its kinds that shines as it does.
+    let kind = match (light.kind.parallel, light.kind.cone) {
+        (true, _) => "directional",
+        (false, true) => "spot",
+        (false, false) => "point",
     };
-    json!({ "name": name, "type": kind, "intensity": light.intensity(&view.frame) })
+    let (color, factor) = light.color.scaled();
+    let intensity = light.intensity(&view.frame) * f64::from(factor);
+    let mut json = json!({ "name": name, "type": kind, "intensity": intensity });
+    if light.color != Color::WHITE {
+        json["color"] = json!(color);
+    }
+    if kind == "spot" {
+        // In double precision, as the single one nearest to π/2 is above it.
+        let outer = f64::from(light.cone.outer).min(std::f64::consts::FRAC_PI_2);
+        json["spot"] = json!({ "innerConeAngle": light.cone.inner, "outerConeAngle": outer });
+    }
+    json
 }
 
 fn light_node(light: &Light, view: &View, name: &str, index: usize) -> Value {
@@ -151,18 +172,18 @@ fn light_node(light: &Light, view: &View, name: &str, index: usize) -> Value {
     let (sin_az, cos_az) = f64::from(light.azimuth).sin_cos();
     let direction = DVec3::new(cos_el * sin_az, sin_el, cos_el * cos_az);
     let mut node = json!({ "name": name });
-    match light.kind {
-        LightKind::Point => {
-            let position = view.frame.point_to_world(direction * f64::from(light.distance));
-            node["translation"] = json!(position.to_array());
-        }
-        LightKind::Directional => {
-            // It shines along its node's −Z axis, so +Z points towards it.
-            let towards = view.frame.direction_to_world(direction).normalize();
-            node["rotation"] = json!(DQuat::from_rotation_arc(DVec3::Z, towards).to_array());
-        }
+    if let Some(reach) = light.reach() {
+        let position = view.frame.point_to_world(direction * f64::from(reach));
+        node["translation"] = json!(position.to_array());
     }
-    let extras = LightExtras { role: light.role, diffuse: light.diffuse, specular: light.specular };
+    if light.kind.parallel || light.kind.cone {
+        // It shines along its node's −Z axis.
+        let aim = light.aim.filter(|_| light.kind.cone).map_or(-direction, |aim| aim.as_dvec3());
+        let back = view.frame.direction_to_world(-aim).normalize();
+        node["rotation"] = json!(DQuat::from_rotation_arc(DVec3::Z, back).to_array());
+    }
+    let Light { role, diffuse, specular, size, .. } = *light;
+    let extras = LightExtras { role, diffuse, specular, size };
     node["extensions"] = json!({ EXTENSION: { "light": index } });
     node["extras"] = json!({ EXTRAS: { "light": extras } });
     node

@@ -13,6 +13,7 @@ mod mips;
 mod tangents;
 pub mod view;
 
+use crate::lighting::{Cone, LightKind};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
 use std::ops::Range;
@@ -212,24 +213,17 @@ pub struct SceneLight {
     /// Unit vector from the light into the scene (directional, spot).
     pub direction: DVec3,
     /// Kind.
-    pub kind: SceneLightKind,
+    pub kind: LightKind,
+    /// Cone of a spot light.
+    pub cone: Cone,
     /// Linear colour.
     pub color: [f32; 3],
     /// Candela (point, spot) or lux (directional).
     pub intensity: f32,
+    /// World units beyond which it counts as dark; `None` where it reaches everywhere.
+    pub range: Option<f32>,
     /// The klieg block of the light's `extras`, where klieg wrote it.
     pub klieg: Option<serde_json::Value>,
-}
-
-/// Kinds of KHR_lights_punctual.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SceneLightKind {
-    /// In all directions from a point.
-    Point,
-    /// A cone from a point.
-    Spot,
-    /// Parallel.
-    Directional,
 }
 
 impl Scene {

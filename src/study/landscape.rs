@@ -106,6 +106,7 @@ fn positions(genome: &Genome, grid: Grid) -> Result<Vec<Light>> {
         let fault = format!("a landscape is of one light, not of {}", genome.lights());
         return Err(Error::Argument(fault));
     }
+    genome.check_angles()?;
     let total = columns.checked_mul(rows);
     if columns < 2 || rows < 2 || total.is_none_or(|total| total > MAX_POSITIONS) {
         return Err(Error::Argument(format!(
@@ -255,7 +256,7 @@ mod tests {
 
     #[test]
     fn positions_cover_the_box_and_meet_at_the_pole() {
-        let genome = Genome::new(&[Role::Key], LightKind::Point, &Boxes::default()).unwrap();
+        let genome = Genome::new(&[Role::Key], LightKind::POINT, &Boxes::default()).unwrap();
         let lights = positions(&genome, Grid { columns: 3, rows: 4 }).unwrap();
         let degrees = |light: &Light| {
             [light.elevation, light.azimuth].map(|angle| angle.to_degrees().round())

@@ -25,18 +25,18 @@ pub struct Path {
 /// range.
 ///
 /// # Errors
-/// As [`Genome::new`].
+/// As [`Genome::new`], and [`Error::Argument`](crate::Error::Argument) for a kind whose first values are
+/// not its angles.
 pub fn position_genome(role: Role, kind: LightKind, boxes: &Boxes) -> Result<Genome> {
     let mut boxes = *boxes;
-    let space = match role {
-        Role::Key => &mut boxes.key,
-        Role::Fill => &mut boxes.fill,
-        Role::Rim => &mut boxes.rim,
-    };
-    for range in [&mut space.diffuse, &mut space.specular, &mut space.distance] {
+    let space = boxes.of_mut(role)?;
+    let ranges = [&mut space.diffuse, &mut space.distance, &mut space.cone];
+    for range in ranges.into_iter().chain(&mut space.specular) {
         *range = Range::new(range.middle(), range.middle());
     }
-    Genome::new(&[role], kind, &boxes)
+    let genome = Genome::new(&[role], kind, &boxes)?;
+    genome.check_angles()?;
+    Ok(genome)
 }
 
 /// Four starts, one drawn at random from each quarter of the box's positions.

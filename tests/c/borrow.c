@@ -68,8 +68,13 @@ static klieg_device lent(void) {
 
 static void make_rigs(klieg_light lights[RIGS * LIGHTS]) {
     for (int i = 0; i < RIGS * LIGHTS; i++) {
-        lights[i] = (klieg_light){KLIEG_ROLE_KEY, KLIEG_LIGHT_DIRECTIONAL, 0.2f * (float)i, 0.3f, 1.0f,
-                                  1.0f,           0.5f};
+        lights[i] = (klieg_light){.role = KLIEG_ROLE_KEY,
+                                  .kind = KLIEG_LIGHT_DIRECTIONAL,
+                                  .elevation = 0.2f * (float)i,
+                                  .azimuth = 0.3f,
+                                  .distance = 1.0f,
+                                  .diffuse = 1.0f,
+                                  .specular = 0.5f};
     }
 }
 

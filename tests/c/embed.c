@@ -7,6 +7,7 @@
  * embed contexts N         the same with contexts */
 
 #include "check.h"
+#include <math.h>
 
 static void print(const char *name, const float *values, size_t count) {
     printf("%s", name);
@@ -17,6 +18,14 @@ static void print(const char *name, const float *values, size_t count) {
     }
     printf("\n");
 }
+
+static const klieg_light LIGHT = {.role = KLIEG_ROLE_KEY,
+                                  .kind = KLIEG_LIGHT_POINT,
+                                  .elevation = 0.5f,
+                                  .azimuth = 0.25f,
+                                  .distance = 2.0f,
+                                  .diffuse = 1.5f,
+                                  .specular = 0.5f};
 
 static void print_lights(const char *name, const klieg_light *lights, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
@@ -167,7 +176,7 @@ static void judge(const klieg_context *context, const klieg_scene *scene) {
 
 static void place(klieg_evaluator *evaluator) {
     klieg_frame frame;
-    klieg_light light = {KLIEG_ROLE_KEY, KLIEG_LIGHT_POINT, 0.5f, 0.25f, 2.0f, 1.5f, 0.5f};
+    klieg_light light = LIGHT;
     klieg_world_light world;
     CHECK(evaluator, klieg_evaluator_frame(evaluator, &frame));
     CHECK(NULL, klieg_lights_in_world(&frame, &light, 1, &world));
@@ -175,6 +184,22 @@ static void place(klieg_evaluator *evaluator) {
                              (float)world.position[2], (float)world.direction[0],
                              (float)world.intensity,   (float)world.distance};
     print("world", numbers, COUNT(numbers));
+
+    klieg_light spot = light;
+    spot.kind = KLIEG_LIGHT_SPOT;
+    spot.color[0] = 1.0f, spot.color[1] = 0.5f, spot.color[2] = 0.25f;
+    spot.size = 0.125f;
+    spot.cone_inner = 0.25f, spot.cone_outer = 0.5f;
+    spot.aim[1] = -0.6f, spot.aim[2] = -0.8f;
+    CHECK(NULL, klieg_lights_in_world(&frame, &spot, 1, &world));
+    const float of_spot[] = {(float)world.axis[0], (float)world.axis[1], (float)world.axis[2],
+                             world.color[0],       world.color[1],       world.color[2],
+                             world.cone_inner,     world.cone_outer,     (float)world.size};
+    print("spot", of_spot, COUNT(of_spot));
+    const klieg_light both[] = {light, spot};
+    float scores[COUNT(both)];
+    CHECK(evaluator, klieg_evaluator_evaluate(evaluator, both, COUNT(both), 1, scores));
+    print("scores", scores, COUNT(scores));
 }
 
 static void search(klieg_evaluator *evaluator) {
@@ -251,7 +276,7 @@ static void search(klieg_evaluator *evaluator) {
 
 /* What is wrong is told, and nothing breaks. */
 static void provoke(klieg_context *context, klieg_evaluator *evaluator) {
-    klieg_light light = {KLIEG_ROLE_KEY, KLIEG_LIGHT_POINT, 0.5f, 0.25f, 2.0f, 1.5f, 0.5f};
+    klieg_light light = LIGHT;
     klieg_context *none = context;
     klieg_scene *scene;
     klieg_evaluator *of_surface;
@@ -303,6 +328,18 @@ static void provoke(klieg_context *context, klieg_evaluator *evaluator) {
            KLIEG_ERROR_ARGUMENT, "0 lights");
     REFUSE(evaluator, klieg_evaluator_evaluate(evaluator, &light, 1, 1, NULL),
            KLIEG_ERROR_ARGUMENT, "scores is NULL");
+    klieg_light wrong = light;
+    wrong.color[1] = -1.0f;
+    REFUSE(evaluator, klieg_evaluator_evaluate(evaluator, &wrong, 1, 1, &score),
+           KLIEG_ERROR_ARGUMENT, "colour");
+    wrong = light;
+    wrong.cone_inner = wrong.cone_outer = 0.5f;
+    REFUSE(evaluator, klieg_evaluator_evaluate(evaluator, &wrong, 1, 1, &score),
+           KLIEG_ERROR_ARGUMENT, "cone");
+    wrong = light;
+    wrong.aim[2] = INFINITY;
+    REFUSE(evaluator, klieg_evaluator_evaluate(evaluator, &wrong, 1, 1, &score),
+           KLIEG_ERROR_ARGUMENT, "direction");
     light.role = -1;
     REFUSE(evaluator, klieg_evaluator_evaluate(evaluator, &light, 1, 1, &score),
            KLIEG_ERROR_ARGUMENT, "role -1");

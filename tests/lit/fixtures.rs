@@ -1,7 +1,7 @@
 //! Small scenes, the view and the rig that they are lit with.
 
-use glam::{DMat4, DQuat, DVec3};
-use klieg::lighting::{Light, LightKind, Role};
+use glam::{DMat4, DQuat, DVec3, Vec3};
+use klieg::lighting::{Cone, Light, LightKind, Role};
 use klieg::scene::view::{Camera, Projection, View};
 use klieg::scene::{Instance, Material, Mesh, Scene, Vertex};
 use serde_json::{Value, json};
@@ -224,7 +224,8 @@ pub fn views() -> [View; 3] {
     .map(|camera| View::new(&scene(), camera, 320, 200).expect("a view"))
 }
 
-/// One light of each sort: two of a role, a directional one, and one without diffuse light.
+/// One light of each sort: several of a role, a directional one, one without diffuse light, and coloured
+/// spots, aimed at the scene's centre and elsewhere.
 pub fn rig() -> Vec<Light> {
     let light = |role, kind, elevation, azimuth, distance, diffuse, specular| Light {
         role,
@@ -234,12 +235,25 @@ pub fn rig() -> Vec<Light> {
         distance,
         diffuse,
         specular,
+        ..Light::default()
     };
-    use LightKind::{Directional, Point};
+    let (point, directional) = (LightKind::POINT, LightKind::DIRECTIONAL);
     vec![
-        light(Role::Key, Point, 0.8, -0.5, 2.25, 1.3, 0.7),
-        light(Role::Fill, Directional, -0.3, 1.1, 1.0, 0.4, 0.1),
-        light(Role::Rim, Point, 0.2, 3.6, 4.5, 0.0, 0.9),
-        light(Role::Fill, Point, 1.2, 0.0, 1.5, 0.123_456_79, 0.0),
+        light(Role::Key, point, 0.8, -0.5, 2.25, 1.3, 0.7),
+        light(Role::Fill, directional, -0.3, 1.1, 1.0, 0.4, 0.1),
+        light(Role::Rim, point, 0.2, 3.6, 4.5, 0.0, 0.9),
+        light(Role::Fill, point, 1.2, 0.0, 1.5, 0.123_456_79, 0.0),
+        Light {
+            color: "#ffcc88".parse().expect("a colour"),
+            cone: Cone { inner: 0.25, outer: 0.5 },
+            ..light(Role::Rim, LightKind::SPOT, 0.6, -2.9, 3.0, 0.75, 0.75)
+        },
+        Light {
+            color: "8000K".parse().expect("a colour"),
+            size: 0.25,
+            cone: Cone { inner: 0.0, outer: std::f32::consts::FRAC_PI_2 },
+            aim: Some(Vec3::new(0.48, -0.6, 0.64)),
+            ..light(Role::Fill, LightKind::SPOT, -0.2, 0.4, 2.0, 0.5, 0.1)
+        },
     ]
 }

@@ -2,14 +2,16 @@
 
 mod files;
 mod fixtures;
+mod own;
 mod validator;
 
 use fixtures::{glb, parse_glb, png, positions, rig, scene, triangle, views, write, write_all};
 use glam::{DQuat, DVec3};
-use klieg::lighting::{Light, LightKind};
+use klieg::lighting::{Cone, Light, LightKind};
+use klieg::math::color::luminance;
 use klieg::scene::load::FileAccess::SceneFolder;
 use klieg::scene::view::{Camera, Projection, View};
-use klieg::scene::{Scene, SceneLight, SceneLightKind, lights, lit, load};
+use klieg::scene::{Scene, SceneLight, lights, lit, load};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -55,7 +57,7 @@ fn the_original_scene_is_unchanged() {
     for (name, scene) in [("plain.glb", 0), ("lit.glb", 1), ("unknown.glb", 0)] {
         let path = folder.path().join(name);
         let (before, binary_before) = parse_glb(&std::fs::read(&path).expect("a fixture"));
-        let (after, binary) = light(&path, &views()[0], &rig());
+        let (after, binary) = light(&path, &views()[0], &own::with_sun());
         assert_ne!(before, after, "{name}");
         let mut kept = without_klieg(after, rig().len(), scene, name == "lit.glb");
         assert_eq!(kept.to_string(), before.to_string(), "{name}");
@@ -70,7 +72,7 @@ fn a_file_without_scenes_gets_one_of_its_roots() {
     let folder = tempfile::tempdir().expect("a folder");
     write_all(folder.path());
     let (root, _) = light(&folder.path().join("no-scenes.glb"), &views()[0], &rig());
-    assert_eq!(root["scenes"], json!([{ "nodes": [1, 2, 3, 4, 5, 6] }]));
+    assert_eq!(root["scenes"], json!([{ "nodes": [1, 2, 3, 4, 5, 6, 7, 8] }]));
     assert_eq!(root["scene"], 0);
 }
 
@@ -180,12 +182,16 @@ fn read_back(root: &Value) -> (Vec<SceneLight>, Camera, [u64; 2]) {
                 name: node["name"].as_str().expect("a name").into(),
                 position,
                 direction: rotation * -DVec3::Z,
-                kind: match light["type"].as_str() {
-                    Some("point") => SceneLightKind::Point,
-                    _ => SceneLightKind::Directional,
-                },
-                color: [1.0; 3],
+                kind: LightKind::named(light["type"].as_str().expect("a type")).expect("a kind"),
+                cone: light.get("spot").map_or(Cone::default(), |spot| {
+                    let angle = |key: &str| spot[key].as_f64().expect("an angle") as f32;
+                    Cone { inner: angle("innerConeAngle"), outer: angle("outerConeAngle") }
+                }),
+                color: light.get("color").map_or([1.0; 3], |color| {
+                    [0, 1, 2].map(|i| color[i].as_f64().expect("a channel") as f32)
+                }),
                 intensity: light["intensity"].as_f64().expect("an intensity") as f32,
+                range: None,
                 klieg: Some(klieg.clone()),
             });
         } else if klieg.get("camera").is_some() {
@@ -229,8 +235,12 @@ fn difference(a: &[Light], b: &[Light]) -> f32 {
     let of_two = |(a, b): (&Light, &Light)| {
         assert_eq!((a.role, a.kind), (b.role, b.kind));
         let places = (a.direction() - b.direction()).length();
+        let axes = (a.axis() - b.axis()).length();
+        let [red, green, blue] = [0, 1, 2].map(|i| a.color.linear()[i] - b.color.linear()[i]);
+        let cones = [a.cone.inner - b.cone.inner, a.cone.outer - b.cone.outer, a.size - b.size];
         let values = [a.distance - b.distance, a.diffuse - b.diffuse, a.specular - b.specular];
-        values.into_iter().map(f32::abs).fold(places, f32::max)
+        let all = values.into_iter().chain([axes, red, green, blue]).chain(cones);
+        all.map(f32::abs).fold(places, f32::max)
     };
     a.iter().zip(b).map(of_two).fold(0.0, f32::max)
 }
@@ -243,7 +253,8 @@ fn lights_and_camera_come_back() {
         let (root, _) = light(&folder.path().join("lit.glb"), &view, &rig());
         let (lights, camera, size) = read_back(&root);
         let names: Vec<_> = lights.iter().map(|light| light.name.as_str()).collect();
-        assert_eq!(names, ["klieg key", "klieg fill 1", "klieg rim", "klieg fill 2"]);
+        let expected = ["key", "fill 1", "rim 1", "fill 2", "rim 2", "fill 3"];
+        assert_eq!(names, expected.map(|name| format!("klieg {name}")));
         assert_eq!(size, [320, 200]);
         let near = |a: DVec3, b: DVec3| (a - b).length() < 1e-12;
         assert!(near(camera.right, view.camera.right) && near(camera.up, view.camera.up));
@@ -300,13 +311,16 @@ fn intensities_are_physical() {
     let (root, _) = light(&path, view, &rig());
     let (lights, ..) = read_back(&root);
     for (scene_light, light) in lights.iter().zip(rig()) {
-        let illuminance = match light.kind {
-            LightKind::Point => {
+        assert!(scene_light.color.iter().all(|channel| (0.0..=1.0).contains(channel)));
+        let luminance = luminance(scene_light.color.into());
+        let intensity = f64::from(scene_light.intensity * luminance);
+        let illuminance = match light.reach() {
+            Some(reach) => {
                 let distance = scene_light.position.distance(view.frame.center);
-                assert!((distance / view.frame.radius - f64::from(light.distance)).abs() < 1e-9);
-                f64::from(scene_light.intensity) / distance.powi(2)
+                assert!((distance / view.frame.radius - f64::from(reach)).abs() < 1e-6);
+                intensity / distance.powi(2)
             }
-            LightKind::Directional => f64::from(scene_light.intensity),
+            None => intensity,
         };
         let radiance = illuminance / std::f64::consts::PI; // of a white diffuse surface
         assert!((radiance - f64::from(light.diffuse)).abs() < 1e-6, "{radiance} {light:?}");
@@ -329,7 +343,14 @@ fn what_cannot_be_written_is_an_error() {
     endless[0].diffuse = f32::INFINITY;
     let mut central = rig();
     central[0].distance = 0.0;
-    for rig in [endless, central] {
+    let spot = |light: &mut Light| light.kind = LightKind::SPOT;
+    let mut hard = rig();
+    spot(&mut hard[0]);
+    hard[0].cone = Cone { inner: 0.5, outer: 0.5 };
+    let mut aimless = rig();
+    spot(&mut aimless[0]);
+    aimless[0].aim = Some(glam::Vec3::ZERO);
+    for rig in [endless, central, hard, aimless] {
         let error = lit::write(&path, SceneFolder, view, &rig, &out).expect_err("a light");
         assert!(error.is_input(), "{error}");
     }

@@ -2,9 +2,10 @@
 
 use crate::file::*;
 use glam::DVec3;
+use klieg::lighting::{Cone, LightKind};
+use klieg::scene::Scene;
 use klieg::scene::camera::choose;
 use klieg::scene::view::Projection;
-use klieg::scene::{Scene, SceneLightKind};
 use serde_json::{Value, json};
 
 /// All corners of a scene.
@@ -206,12 +207,13 @@ fn lights_of_every_kind() {
     file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [
         {"type": "point", "name": "lamp", "extras": {"anything": [1]}},
         {"type": "directional", "color": [1, 0.5, 0], "intensity": 3},
+        {"type": "spot", "spot": {"innerConeAngle": 0.25, "outerConeAngle": 0.5}, "range": 7},
         {"type": "spot", "spot": {}},
     ]}});
     file.json["extensionsRequired"] = json!(["KHR_lights_punctual"]);
     let turn = std::f32::consts::FRAC_1_SQRT_2;
     let block = json!({"light": {"role": "key", "diffuse": 1.5}});
-    for (light, name) in [(0, None), (1, Some("sun")), (2, None)] {
+    for (light, name) in [(0, None), (1, Some("sun")), (2, None), (3, None)] {
         let mut node = json!({
             "translation": [1, 2, 3], "rotation": [-turn, 0, 0, turn],
             "extensions": {"KHR_lights_punctual": {"light": light}},
@@ -224,8 +226,9 @@ fn lights_of_every_kind() {
     }
     let lights = file.scene().lights;
     let kinds: Vec<_> = lights.iter().map(|light| light.kind).collect();
-    use SceneLightKind::{Directional, Point, Spot};
-    assert_eq!(kinds, [Point, Directional, Spot]);
+    assert_eq!(kinds, [LightKind::POINT, LightKind::DIRECTIONAL, LightKind::SPOT, LightKind::SPOT]);
+    assert_eq!((lights[2].cone, lights[2].range), (Cone { inner: 0.25, outer: 0.5 }, Some(7.0)));
+    assert_eq!((lights[3].cone, lights[3].range), (Cone::default(), None));
     assert_eq!((lights[0].name.as_str(), lights[1].name.as_str()), ("lamp", "sun"));
     assert_eq!((lights[0].color, lights[0].intensity), ([1.0; 3], 1.0));
     assert_eq!((lights[1].color, lights[1].intensity), ([1.0, 0.5, 0.0], 3.0));

@@ -92,6 +92,7 @@ pub fn rigs(seed: u64, count: usize, lights: usize, kind: LightKind) -> Vec<Vec<
         distance: random.random_range(1.5..5.0),
         diffuse: random.random_range(0.0..2.0) / (lights as f32).sqrt(),
         specular: random.random_range(0.0..2.0) / (lights as f32).sqrt(),
+        ..Light::default()
     };
     (0..count).map(|_| (0..lights).map(|_| light()).collect()).collect()
 }

@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 pub const TOLERANCE: f32 = 1e-4;
 
 pub fn rig(random: &mut ChaCha8Rng, lights: usize, strength: f32) -> Vec<Light> {
-    let kinds = [LightKind::Point, LightKind::Directional];
+    let kinds = [LightKind::POINT, LightKind::DIRECTIONAL];
     let mut light = || Light {
         role: Role::Key,
         kind: kinds[random.random_range(0..2)],
@@ -27,6 +27,7 @@ pub fn rig(random: &mut ChaCha8Rng, lights: usize, strength: f32) -> Vec<Light> 
         distance: random.random_range(1.5..5.0),
         diffuse: strength * random.random_range(0.0..1.0f32),
         specular: strength * random.random_range(0.0..1.0f32),
+        ..Light::default()
     };
     (0..lights).map(|_| light()).collect()
 }

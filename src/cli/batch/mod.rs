@@ -61,7 +61,7 @@ impl Options {
     fn settings(&self) -> crate::Result<Settings> {
         let mut settings = self.look.settings()?;
         self.target.apply(&mut settings);
-        self.search.apply(&mut settings);
+        self.search.apply(&mut settings)?;
         settings.check()?;
         settings.genome()?;
         Ok(settings)

@@ -9,13 +9,14 @@ mod relief;
 mod sample;
 
 use super::config::{Pipeline, Settings};
-use super::options::{Kind, LookOptions};
+use super::lights::kinds;
+use super::options::LookOptions;
 use super::print;
 use super::session::{self, SIZE, milliseconds};
 use super::values::{Device, Lights, Size};
 use crate::Error;
 use crate::lighting::genome::Genome;
-use crate::lighting::{Population, Rig, check_number};
+use crate::lighting::{LightKind, Population, Rig, check_number};
 use crate::math::range::Range;
 use crate::optimize::MAX_POPULATION;
 use crate::report::{Staging, json};
@@ -59,8 +60,8 @@ pub(super) struct Options {
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_values_t = [1, 4])]
     lights: Vec<usize>,
     /// Kind of the lights
-    #[arg(long, default_value = "point")]
-    kind: Kind,
+    #[arg(long, default_value = "point", value_parser = kinds())]
+    kind: LightKind,
     /// Numbers of individuals
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_values_t = [30])]
     population: Vec<usize>,
@@ -111,7 +112,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let methods = machine::methods(&options.device, pipelines, &options.baseline)?;
     // A folder that cannot be written to is told at once; an interrupted run leaves nothing in it.
     options.out.as_deref().map(Staging::new).transpose()?;
-    let mut bench = Bench::new(options.kind.into(), options.seed, &options.plan());
+    let mut bench = Bench::new(options.kind, options.seed, &options.plan());
     for source in options.sources() {
         let start = Instant::now();
         let scene = source.scene(&settings)?;
@@ -223,7 +224,7 @@ impl Options {
         machine: &mut Machine,
     ) -> Result<Row> {
         let roles = Lights::number(work.lights).map_err(Error::Argument)?.0;
-        let genome = Genome::new(&roles, self.kind.into(), &settings.lights.boxes)?;
+        let genome = Genome::new(&roles, self.kind, &settings.lights.boxes)?;
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let mut scores = vec![0.0; work.population];
         let mut generation = |machine: &mut Machine| {
@@ -242,7 +243,7 @@ impl Options {
             Ok(wall)
         })?;
         let memory = [memory::peak(), machine.device_memory()];
-        Ok(Row::new(setup, work, self.kind.into(), (first_ms, &sample, stages), memory))
+        Ok(Row::new(setup, work, self.kind, (first_ms, &sample, stages), memory))
     }
 }
 
@@ -251,7 +252,7 @@ const GLARE: f32 = 100.0;
 
 /// A population of random rigs.
 fn random(genome: &Genome, work: &Work, rng: &mut ChaCha8Rng) -> Result<Population, Error> {
-    let mut population = Population::new(genome.lights())?;
+    let mut population = Population::new(genome.rig_lights())?;
     for _ in 0..work.population {
         population.push(&rig(genome, work.rigs, rng))?;
     }
@@ -290,7 +291,7 @@ mod tests {
         let objects = maps.counts.object() as f32;
         let mut evaluator = CpuEvaluator::new(maps, &view, objective, Shading::default()).unwrap();
         let roles = Lights::number(2).unwrap().0;
-        let genome = Genome::new(&roles, Kind::Point.into(), &Boxes::default()).unwrap();
+        let genome = Genome::new(&roles, LightKind::POINT, &Boxes::default()).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut halves = |rigs| {
             let seen = evaluator.inspect(&rig(&genome, rigs, &mut rng)).unwrap();

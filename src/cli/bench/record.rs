@@ -184,7 +184,7 @@ impl Row {
         let median_ms = sample.median();
         let rate = 1e3 / median_ms;
         let pixels = f64::from(setup.object_pixels) * work.population as f64;
-        let counted = kind == LightKind::Point;
+        let counted = kind == LightKind::POINT;
         let operations: f64 = operations(work.lights).into_iter().sum();
         let floor = setup.ceiling.map(|ceiling| ceiling.floor(work.lights, pixels));
         Self {

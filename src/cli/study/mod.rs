@@ -4,9 +4,11 @@ mod positions;
 mod searches;
 
 use super::config::Settings;
-use super::options::{Kind, SceneOptions, TargetOptions};
+use super::lights::kinds;
+use super::options::{SceneOptions, TargetOptions};
 use super::print;
 use super::session::Session;
+use crate::lighting::LightKind;
 use crate::report::Staging;
 use crate::report::exhibit::{Exhibit, StudyFile};
 use crate::report::json;
@@ -57,8 +59,8 @@ struct Common {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Kind of the lights [default: point]
-    #[arg(long)]
-    kind: Option<Kind>,
+    #[arg(long, value_parser = kinds())]
+    kind: Option<LightKind>,
     /// Seed of every random choice [default: 0]
     #[arg(long)]
     seed: Option<u64>,
@@ -68,7 +70,7 @@ impl Common {
     fn settings(&self) -> crate::Result<Settings> {
         let mut settings = self.scene.settings()?;
         self.target.apply(&mut settings);
-        settings.lights.kind = self.kind.map_or(settings.lights.kind, Into::into);
+        settings.lights.kind = self.kind.unwrap_or(settings.lights.kind);
         settings.seed = self.seed.unwrap_or(settings.seed);
         Ok(settings)
     }

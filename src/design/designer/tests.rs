@@ -4,7 +4,7 @@ use super::*;
 use crate::design::testing::{Hills, genome, height};
 use crate::design::{self, Outcome};
 use crate::lighting::genome::Boxes;
-use crate::lighting::{LightKind, LightRecord, Role};
+use crate::lighting::{Light, LightKind, LightRecord, Role};
 use crate::optimize::start::population;
 use crate::optimize::{Genetic, GeneticSettings, OPTIMIZERS, StartSettings};
 use glam::{DQuat, DVec3};
@@ -196,9 +196,9 @@ fn in_world(record: &LightRecord, frame: &Frame) -> DVec3 {
 fn lights_stay_in_the_world_where_their_boxes_allow() {
     let from = frame(10.0, DVec3::new(1.0, 2.0, 3.0), 2.0);
     for (kind, to) in [
-        (LightKind::Point, frame(35.0, from.center, 2.0)),
-        (LightKind::Point, frame(10.0, from.center + 0.4, 2.5)),
-        (LightKind::Directional, frame(-20.0, from.center + 0.4, 2.5)),
+        (LightKind::POINT, frame(35.0, from.center, 2.0)),
+        (LightKind::POINT, frame(10.0, from.center + 0.4, 2.5)),
+        (LightKind::DIRECTIONAL, frame(-20.0, from.center + 0.4, 2.5)),
     ] {
         let roles = [Role::Key, Role::Fill, Role::Rim];
         let genome = Genome::new(&roles, kind, &Boxes::default()).unwrap();
@@ -235,6 +235,20 @@ fn lights_stay_in_the_world_where_their_boxes_allow() {
             assert!(bounds.iter().zip(individual).all(|(range, &x)| range.contains(x)));
         }
     }
+}
+
+#[test]
+fn lights_that_are_not_searched_stay_in_the_world() {
+    let (from, to) = (frame(10.0, DVec3::ONE, 2.0), frame(35.0, DVec3::splat(1.4), 2.5));
+    let lamp = Light { role: Role::Scene, azimuth: 0.5, distance: 3.0, ..Light::default() };
+    let genome = Genome::new(&[Role::Key], LightKind::POINT, &Boxes::default()).unwrap();
+    let genome = genome.with_fixed(&[lamp]).unwrap();
+    let mut designer = Designer::new(genome, "ga", &Settings::endless(), None, 3).unwrap();
+    let place = in_world(&lamp.record(), &from);
+    assert!(designer.ask().rigs().all(|rig| in_world(&rig[1], &from) == place));
+    designer.follow(&from, &to).unwrap();
+    assert!(designer.ask().rigs().all(|rig| in_world(&rig[1], &to).distance(place) < 1e-5));
+    assert!(designer.ask().rigs().all(|rig| in_world(&rig[1], &from).distance(place) > 0.1));
 }
 
 #[test]
@@ -296,7 +310,7 @@ fn faults_of_the_caller_are_named() {
     refused(unknown, "'annealing': there are ga, greedy");
     // A search of another number of alleles.
     let roles = [Role::Key, Role::Fill, Role::Rim];
-    let larger = Genome::new(&roles, LightKind::Point, &Boxes::default()).unwrap();
+    let larger = Genome::new(&roles, LightKind::POINT, &Boxes::default()).unwrap();
     let search = genetic(&larger, GeneticSettings::endless(), 0);
     refused(Designer::of(genome(), Box::new(search)).map(|_| ()), "15 alleles: the genome has 10");
 }

@@ -56,8 +56,8 @@ pub struct FixedLight {
 
 impl From<&Light> for FixedLight {
     fn from(light: &Light) -> Self {
-        let &Light { role, kind, diffuse, specular, distance, .. } = light;
-        let distance = (kind == LightKind::Point).then_some(distance);
+        let &Light { role, kind, diffuse, specular, .. } = light;
+        let distance = light.reach();
         Self { role, kind, diffuse, specular, distance }
     }
 }

@@ -1,4 +1,4 @@
-//! Takes out of a scene the lights and the camera that klieg added to it before.
+//! Takes out of a scene the lights and the camera that klieg added to it before, and its own lights.
 //!
 //! Everything in glTF is named by its index, so only the last elements of an array can go; these are
 //! klieg's unless another program has rewritten the file. Klieg's nodes further up are emptied and
@@ -48,6 +48,22 @@ pub fn strip(root: &mut Object) {
     }
     pop(root, "cameras", &cameras);
     pop_lights(root, &lights);
+}
+
+/// Removes all lights of the scene with this root object. Their definitions stay where an animation names
+/// one, as its pointer would lead nowhere.
+pub fn strip_lights(root: &mut Object) {
+    for node in objects(root, "nodes") {
+        if light_of(node).is_some() {
+            remove_within(node, &["extensions", EXTENSION]);
+        }
+    }
+    if root.get("animations").is_some_and(|all| all.to_string().contains(EXTENSION)) {
+        return;
+    }
+    let lights = root.get("extensions").and_then(|all| all.get(EXTENSION)?.get("lights"));
+    let count = lights.and_then(Value::as_array).map_or(0, Vec::len);
+    pop_lights(root, &(0..count).collect());
 }
 
 /// Indices of the nodes that klieg wrote.
