@@ -15,7 +15,7 @@ use support::{assert_valid, ball, context, maps, population, rigs, view, with_tu
 const TOLERANCE: f32 = 1e-4;
 
 #[test]
-fn terms_are_those_of_the_plain_twins() {
+fn terms_are_those_of_the_references() {
     let context = context();
     for (width, height, orthographic) in [(97, 61, false), (64, 64, true), (130, 301, false)] {
         let (maps, view) = (ball(width, height), view(width, height, orthographic));

@@ -61,7 +61,10 @@ fn texts(path: &Path, found: &mut Vec<(PathBuf, String)>) {
 fn missing<'a>(file: &Path, text: &'a str) -> Vec<&'a str> {
     let beside = file.parent().expect("a folder");
     let there = |path: &&str| {
-        MADE.contains(path) || [Path::new(ROOT), beside].iter().any(|from| from.join(path).exists())
+        let placeholder = path.contains("/NAME.");
+        placeholder
+            || MADE.contains(path)
+            || [Path::new(ROOT), beside].iter().any(|from| from.join(path).exists())
     };
     named(text).into_iter().filter(|path| !there(path)).collect()
 }

@@ -8,7 +8,7 @@ use klieg::lighting::Population;
 use klieg::lighting::presets::Preset;
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
-use klieg::objective::maps::Maps;
+use klieg::objective::maps::{Maps, Shape};
 use klieg::scene::build::{MeshData, SceneBuilder, TextureData};
 use klieg::scene::view::{Camera, Projection, View};
 use klieg::scene::{Material, Scene, TextureRef, Vertex};
@@ -101,11 +101,15 @@ fn same((a, scores_a): &(Maps, Vec<f32>), (b, scores_b): &(Maps, Vec<f32>)) -> b
         let mut exact = maps.clone();
         exact.surface.normal.clear();
         exact.normal_detail = 0.0;
+        exact.normal_gradient.clear();
+        exact.shape = Shape::default();
         exact
     };
     exact(a) == exact(b)
         && close(normals[0], normals[1])
         && close(&[a.normal_detail], &[b.normal_detail])
+        && close(&a.normal_gradient, &b.normal_gradient)
+        && close(&a.shape.normal_covariance, &b.shape.normal_covariance)
         && close(scores_a, scores_b)
 }
 

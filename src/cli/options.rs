@@ -6,7 +6,8 @@ use super::optimizer::OptimizerName;
 use super::values::{Device, Lights, Size, Weights};
 use crate::Result;
 use crate::lighting::LightKind;
-use clap::Args;
+use crate::lighting::shading::Brdf;
+use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 /// The scene, how it is looked at, and how pictures are judged.
@@ -43,6 +44,9 @@ pub(super) struct LookOptions {
     /// [default: 0.2 for each of the paper's]
     #[arg(long, value_name = "WEIGHTS", allow_hyphen_values = true)]
     weights: Option<Weights>,
+    /// How surfaces reflect [default: blinn-phong, the paper's]
+    #[arg(long, value_name = "BRDF")]
+    brdf: Option<Reflection>,
     /// Let scenes name files outside their own folders too: by '..', by absolute paths or 'file:'
     /// URIs, or over symbolic links; what they name may come to stand in lit.glb
     #[arg(long)]
@@ -50,6 +54,24 @@ pub(super) struct LookOptions {
     /// Read settings from a TOML file; options on the command line go before them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
+}
+
+/// How surfaces reflect.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Reflection {
+    /// Lambert, and a Blinn-Phong lobe of the material's width
+    BlinnPhong,
+    /// As glTF 2.0 has it and its viewers show it: Lambert under GGX
+    Gltf,
+}
+
+impl From<Reflection> for Brdf {
+    fn from(reflection: Reflection) -> Self {
+        match reflection {
+            Reflection::BlinnPhong => Self::BlinnPhong,
+            Reflection::Gltf => Self::Gltf,
+        }
+    }
 }
 
 /// One picture size and one device.
@@ -129,6 +151,9 @@ impl LookOptions {
             ..ViewSettings::default()
         });
         settings.allow_outside |= self.allow_outside;
+        if let Some(brdf) = self.brdf {
+            settings.shading.brdf = brdf.into();
+        }
         if let Some(weights) = &self.weights {
             weights.apply(&mut settings.objective.weights)?;
         }

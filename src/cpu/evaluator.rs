@@ -43,10 +43,12 @@ impl CpuEvaluator {
     /// An evaluator of the view that `maps` describes.
     ///
     /// # Errors
-    /// As [`Maps::check`] and [`View::check`].
+    /// As [`Maps::check`], [`View::check`], [`Objective::check`] and [`Shading::check`].
     pub fn new(maps: Maps, view: &View, objective: Objective, shading: Shading) -> Result<Self> {
         maps.check()?;
         view.check()?;
+        objective.check()?;
+        shading.check()?;
         let bands = Bands::new(&maps, view, &objective, shading);
         let (parts, rooms) = Default::default();
         Ok(Self { view: maps.statistics(), maps, objective, bands, parts, rooms, device: device() })

@@ -92,6 +92,7 @@ impl GpuEvaluator {
     ///
     /// # Errors
     /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
+    /// [`Objective::check`] and [`Shading::check`],
     /// [`Error::Unsupported`] when something of the scene is more than the device can take,
     /// [`Error::Input`] for a scene with more vertices than Vulkan can address and as
     /// [`Scene::check`], and [device errors](crate::Error::is_device).
@@ -118,7 +119,7 @@ impl GpuEvaluator {
     ///
     /// # Errors
     /// [`Error::Argument`] when maps and view differ in size or the picture is too large for the
-    /// device, and as [`Maps::check`] and [`View::check`]; and
+    /// device, and as [`Maps::check`], [`View::check`], [`Objective::check`] and [`Shading::check`]; and
     /// [device errors](crate::Error::is_device).
     pub fn with_maps(
         context: &Arc<Context>,
@@ -235,7 +236,8 @@ impl GpuEvaluator {
     /// Pipeline, sets and push constants that were bound are not any more.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a population that [`GpuEvaluator::reserve`] has made no room for, and for
+    /// [`Error::Argument`] for a population that [`GpuEvaluator::reserve`] has made no room for, for an
+    /// objective with terms that are not klieg's own, and for
     /// coloured lights and spots where neither the objective nor the BRDF nor
     /// [`Tuning::any_lights`](crate::gpu::Tuning::any_lights) asked for pictures in colour.
     ///
@@ -256,6 +258,10 @@ impl GpuEvaluator {
         }
         if !population.is_plain() && self.view.color.is_none() {
             return Err(no_color());
+        }
+        if !self.view.objective.is_own() {
+            let fault = "an evaluation that is recorded knows klieg's own terms alone";
+            return Err(Error::Argument(fault.into()));
         }
         let (individuals, lights) = (population.len(), population.lights());
         let records = population.records();

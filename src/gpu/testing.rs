@@ -5,6 +5,7 @@ use super::view::memory::{GBuffer, ViewMemory};
 use super::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::vulkan::memory::{Access, Buffer, Image};
 use super::{Context, ContextOptions};
+use crate::cpu;
 use crate::lighting::LightRecord;
 use crate::math::frame::Frame;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
@@ -79,6 +80,7 @@ pub fn maps(width: u32, height: u32) -> (Maps, View) {
         maps.types.push(kind);
     }
     (maps.sobel, maps.laplace) = (vec![0.0; n], vec![0.0; n]);
+    maps.normal_gradient = cpu::normal_detail::normal_detail(&maps.surface, &maps.types).0;
     let count = |kind| maps.types.iter().filter(|&&k| k == kind).count() as u32;
     maps.counts = PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
     (maps, view(width, height))

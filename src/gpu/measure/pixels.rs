@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn the_device_lists_the_pixels_that_the_twin_lists() {
+    fn the_device_lists_the_pixels_that_the_reference_lists() {
         let context = testing::context();
         let (objective, shading) = (Objective::default(), Shading::default());
         for (width, height) in [(37, 19), (1, 1), (3, 200), (129, 65)] {

@@ -99,6 +99,7 @@ impl ViewMemory {
     ///
     /// # Errors
     /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
+    /// [`Objective::check`] and [`Shading::check`],
     /// and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
@@ -108,6 +109,8 @@ impl ViewMemory {
         lights: Lights,
     ) -> Result<Self> {
         view.check()?;
+        objective.check()?;
+        shading.check()?;
         let size = [view.width, view.height];
         let largest = context.report().max_size;
         if size.iter().any(|&side| side > largest) {

@@ -1,0 +1,132 @@
+//! The numbers of the bindings, and what stands there.
+
+use crate::gpu::vulkan::pipeline::Binding;
+use ash::vk;
+
+/// Numbers of the bindings of the view's descriptor set, which all of its stages share.
+pub mod binding {
+    /// Uniform block `Parameters`.
+    pub const PARAMETERS: u32 = 0;
+    /// Sampled, R32_UINT: colour code.
+    pub const CODE: u32 = 1;
+    /// Sampled, RGBA32_SFLOAT: position in the light frame; roughness.
+    pub const POSITION_ROUGHNESS: u32 = 2;
+    /// Sampled, RGBA32_SFLOAT: unit normal; metallic factor.
+    pub const NORMAL_METALLIC: u32 = 3;
+    /// Sampled, RGBA32_SFLOAT: linear base colour.
+    pub const BASE_COLOR: u32 = 4;
+    /// Sampled, RGBA32_SFLOAT: linear emitted radiance.
+    pub const EMISSIVE: u32 = 5;
+    /// Storage, R32_SFLOAT: depth.
+    pub const DEPTH: u32 = 6;
+    /// Storage, R32_SFLOAT: length of the depth's Sobel pair.
+    pub const SOBEL: u32 = 7;
+    /// Storage, R32_SFLOAT: the depth's Laplacian.
+    pub const LAPLACE: u32 = 8;
+    /// Storage, R32_UINT: pixel types.
+    pub const TYPES: u32 = 9;
+    /// Storage, RGBA32_SFLOAT, write: record 0.
+    pub const RECORD_0: u32 = 10;
+    /// Storage, RGBA32_SFLOAT, write: record 1.
+    pub const RECORD_1: u32 = 11;
+    /// Storage, RGBA32_SFLOAT, write: record 2.
+    pub const RECORD_2: u32 = 12;
+    /// Sampled: record 0, position and shininess.
+    pub const SURFACE_0: u32 = 13;
+    /// Sampled: record 1, normal and diffuse reflectance.
+    pub const SURFACE_1: u32 = 14;
+    /// Sampled: record 2, specular reflectance, unlit luminance and pixel type.
+    pub const SURFACE_2: u32 = 15;
+    /// Storage block `ViewStatistics`.
+    pub const VIEW_STATISTICS: u32 = 16;
+    /// Sampled array, R32_SFLOAT: the population's pictures.
+    pub const PICTURES: u32 = 17;
+    /// Storage block: `LightRecord[N·L]`.
+    pub const LIGHTS: u32 = 18;
+    /// Storage block: partial histograms.
+    pub const HISTOGRAM: u32 = 19;
+    /// Storage block: partial moments.
+    pub const MOMENTS: u32 = 20;
+    /// Storage block: partial gradients.
+    pub const GRADIENT: u32 = 21;
+    /// Storage block: `F` of each individual.
+    pub const SCORES: u32 = 22;
+    /// Storage block: statistics of each individual.
+    pub const DETAILS: u32 = 23;
+    /// Storage block: partial appearances.
+    pub const APPEARANCE: u32 = 24;
+    /// Storage array, RGBA32_SFLOAT, write: the records for shading in colour.
+    pub const COLOR_RECORDS: u32 = 25;
+    /// Sampled array: the same; diffuse reflectance and lobe, specular reflectance and `|∇n|`, unlit
+    /// radiance and target picture.
+    pub const COLOR_SURFACE: u32 = 26;
+}
+
+/// Numbers of the bindings of set 1 of the stages that visit object pixels alone.
+pub mod pixel_binding {
+    /// Storage block: object pixels of each row.
+    pub const ROW_COUNTS: u32 = 0;
+    /// Storage block: the object pixels' places in the picture.
+    pub const PLACES: u32 = 1;
+    /// Storage texels: where each object pixel's neighbours are in the list.
+    pub const TAPS_OUT: u32 = 2;
+    /// Storage texels: position and shininess of each.
+    pub const POSITIONS_OUT: u32 = 3;
+    /// Storage texels: normal and diffuse reflectance of each.
+    pub const NORMALS_OUT: u32 = 4;
+    /// Storage block: specular reflectance and unlit luminance, a `vec2` for each.
+    pub const LOOKS_OUT: u32 = 5;
+    /// Storage texels: a chunk's brightnesses, a texel for each pixel of each block.
+    pub const BRIGHTNESS_OUT: u32 = 6;
+    /// What was written as [`TAPS_OUT`] and, in this order, the others.
+    pub const TAPS: u32 = 7;
+    /// As [`TAPS`].
+    pub const POSITIONS: u32 = 8;
+    /// As [`TAPS`].
+    pub const NORMALS: u32 = 9;
+    /// As [`TAPS`].
+    pub const LOOKS: u32 = 10;
+    /// As [`TAPS`].
+    pub const BRIGHTNESS: u32 = 11;
+    /// Uniform block with a dynamic offset: a block's lights.
+    pub const WINDOW: u32 = 12;
+}
+
+/// Every binding of that set.
+pub fn pixel_bindings() -> Vec<Binding> {
+    use pixel_binding::{
+        BRIGHTNESS, BRIGHTNESS_OUT, LOOKS_OUT, PLACES, ROW_COUNTS, TAPS, TAPS_OUT,
+    };
+    let kind = |number| match number {
+        ROW_COUNTS | PLACES | LOOKS_OUT => vk::DescriptorType::STORAGE_BUFFER,
+        TAPS_OUT..=BRIGHTNESS_OUT => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
+        TAPS..=BRIGHTNESS => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+        _ => vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
+    };
+    let stages = vk::ShaderStageFlags::COMPUTE;
+    (0..=pixel_binding::WINDOW).map(|number| (number, kind(number), stages)).collect()
+}
+
+/// Every binding of the view's descriptor set.
+pub fn bindings() -> Vec<Binding> {
+    use vk::DescriptorType as Kind;
+    use vk::ShaderStageFlags as Stage;
+    let all = Stage::COMPUTE | Stage::FRAGMENT;
+    let kind = |number| match number {
+        binding::PARAMETERS => (Kind::UNIFORM_BUFFER, all),
+        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX | all),
+        binding::COLOR_RECORDS => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
+        binding::COLOR_SURFACE => (Kind::SAMPLED_IMAGE, all),
+        binding::DEPTH..=binding::RECORD_2 => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
+        binding::CODE..=binding::EMISSIVE => (Kind::SAMPLED_IMAGE, all),
+        binding::SURFACE_0..=binding::SURFACE_2 => (Kind::SAMPLED_IMAGE, all),
+        binding::PICTURES => (Kind::SAMPLED_IMAGE, Stage::COMPUTE),
+        _ => (Kind::STORAGE_BUFFER, Stage::COMPUTE),
+    };
+    (0..=binding::COLOR_SURFACE)
+        .map(|number| {
+            let (kind, stages) = kind(number);
+            (number, kind, stages)
+        })
+        .collect()
+}
