@@ -109,7 +109,7 @@ const CODES: [Code; 6] = [
 ];
 
 #[test]
-fn pictures_of_every_format_get_the_scores_of_the_twins() {
+fn pictures_of_every_format_get_the_scores_of_the_references() {
     on_an_engine(|engine| {
         for [width, height] in [[45, 38], [67, 129], [130, 3]] {
             let drawn = Drawn::new(engine, ball(width, height));
@@ -151,7 +151,7 @@ fn colors(count: usize) -> Vec<[f32; 4]> {
 }
 
 #[test]
-fn colors_and_impossible_texels_become_the_pictures_of_the_twin() {
+fn colors_and_impossible_texels_become_the_pictures_of_the_reference() {
     on_an_engine(|engine| {
         let drawn = Drawn::new(engine, ball(45, 38));
         let context = borrow(engine, None);

@@ -90,7 +90,7 @@ fn pictures() -> Vec<(&'static str, Maps)> {
 }
 
 #[test]
-fn every_pipeline_agrees_with_the_twins_on_odd_pictures() {
+fn every_pipeline_agrees_with_the_references_on_odd_pictures() {
     for way in OF_MAPS {
         let context = context(way);
         for (seed, (name, maps)) in pictures().into_iter().enumerate() {
@@ -105,7 +105,7 @@ fn every_pipeline_agrees_with_the_twins_on_odd_pictures() {
 }
 
 #[test]
-fn every_pipeline_agrees_with_the_twins_for_1_to_16_lights() {
+fn every_pipeline_agrees_with_the_references_for_1_to_16_lights() {
     let (maps, view) = (ball(83, 59), view(83, 59, false));
     assert!(maps.counts.edge > 20 && maps.counts.surface > 20);
     for way in OF_MAPS {

@@ -247,7 +247,7 @@ fn images_that_are_not_there_are_made_up_for() {
 }
 
 #[test]
-fn scores_are_those_of_the_plain_twins_for_a_moving_camera() {
+fn scores_are_those_of_the_references_for_a_moving_camera() {
     let engine = Engine::new(ALL);
     let all = rigs(7, 9, 3, LightKind::POINT);
     for tuning in tunings() {

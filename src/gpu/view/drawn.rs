@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn every_stage_agrees_with_its_twin() {
+    fn every_stage_agrees_with_its_reference() {
         let context = testing::context();
         for (width, height) in [(37, 19), (1, 1), (4096, 3), (129, 65), (3, 200), (64, 16)] {
             let (surface, view) = surface(width, height);
