@@ -1,5 +1,5 @@
 // What host and shaders share: set 0, which every stage of a view binds. The other side is
-// src/gpu/layout.rs.
+// src/gpu/layout/.
 #ifndef KLIEG_LAYOUT
 #define KLIEG_LAYOUT
 

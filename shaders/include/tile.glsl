@@ -1,5 +1,5 @@
 // A tile of the picture, as the pipeline `compute` takes it on GPUs; the Rust side is Tile in
-// src/gpu/layout.rs.
+// src/gpu/layout/.
 #ifndef KLIEG_TILE
 #define KLIEG_TILE
 

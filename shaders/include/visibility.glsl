@@ -1,4 +1,4 @@
-// What the two shaders of the visibility stage share; the Rust side is src/gpu/layout.rs.
+// What the two shaders of the visibility stage share; the Rust side is src/gpu/layout/.
 
 #include "constants.glsl"
 
