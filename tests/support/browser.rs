@@ -60,7 +60,7 @@ pub fn check(page: &Path) -> Report {
 }
 
 /// The program: `CHROMIUM`, or the first of the usual names that starts.
-fn chromium() -> PathBuf {
+pub fn chromium() -> PathBuf {
     let starts = |program: &OsStr| {
         let mut command = Command::new(program);
         command.arg("--version").stdout(Stdio::null()).stderr(Stdio::null());

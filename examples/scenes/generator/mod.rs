@@ -3,8 +3,8 @@
 mod curve;
 pub mod elephant;
 mod field;
-mod glb;
-mod mesh;
+pub mod glb;
+pub mod mesh;
 pub mod pair;
 mod polygonize;
 mod still_life;
