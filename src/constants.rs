@@ -52,7 +52,7 @@ constants! {
     /// Brightness of a target picture where it tells nothing.
     NO_TARGET: f32 = -1.0;
     /// Least perceptual roughness of the BRDF of glTF: below it a highlight would be smaller than any pixel.
-    /// The value is that of three.js.
+    /// The value is that of three.js up to r186.
     MIN_ROUGHNESS: f32 = 0.0525;
     /// Brightness of a picture where no object is.
     NO_OBJECT: f32 = -1.0;
