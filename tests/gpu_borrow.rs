@@ -316,9 +316,9 @@ unsafe extern "system" fn barrier(
 ) {
     let writers = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
     let everything = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
-    // SAFETY: so many barriers are there.
     let memory_barriers = match memory_count {
         0 => &[],
+        // SAFETY: so many barriers are there.
         count => unsafe { std::slice::from_raw_parts(memory, count as usize) },
     };
     let whole = memory_barriers

@@ -42,14 +42,14 @@ fn maps(width: u32, height: u32) -> Maps {
 fn records(seed: u64, count: usize) -> Vec<LightRecord> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut number = |low: f32, high: f32| random.random_range(low..high);
-    let mut light = |k: usize| {
+    let light = |k: usize| {
         let towards = Vec3::new(number(-1.0, 1.0), number(-0.5, 1.0), number(0.1, 1.0)).normalize();
         let distance = number(1.5, 4.0);
         let white = k % 4 == 3;
         let tint = Vec3::new(number(0.2, 2.0), number(0.5, 1.2), number(0.2, 3.0));
         LightRecord {
-            position: (towards * if k % 3 == 0 { 1.0 } else { distance }).to_array(),
-            radius2: if k % 3 == 0 { 0.0 } else { distance * distance },
+            position: (towards * if k.is_multiple_of(3) { 1.0 } else { distance }).to_array(),
+            radius2: if k.is_multiple_of(3) { 0.0 } else { distance * distance },
             diffuse: number(0.0, 1.5),
             specular: number(0.0, 1.5),
             cone_scale: if k % 3 == 1 { 6.0 } else { 0.0 },
@@ -60,7 +60,7 @@ fn records(seed: u64, count: usize) -> Vec<LightRecord> {
             key: if k % 2 == 1 { 1.0 } else { 0.0 },
         }
     };
-    (0..count).map(|k| light(k)).collect()
+    (0..count).map(light).collect()
 }
 
 fn difference(a: &Quality, b: &Quality) -> f32 {

@@ -7,7 +7,8 @@
 #include "shading.glsl"
 
 // How a point reflects. Of Blinn-Phong: the specular reflectance with its normalisation, and half the
-// exponent; of glTF: the reflectance at normal incidence, and alpha squared.
+// exponent; of glTF: the diffuse reflectance below the dielectric's surface, the reflectance at normal
+// incidence, and alpha squared.
 struct ColorReflectance {
     vec3 diffuse;
     vec3 specular;
@@ -28,7 +29,7 @@ ColorReflectance color_reflectance(vec3 base, float metallic, float roughness, v
     vec3 diffuse = base * (1.0 - metallic);
     if (GLTF) {
         float alpha = max(roughness, MIN_ROUGHNESS) * max(roughness, MIN_ROUGHNESS);
-        return ColorReflectance(diffuse, f0, alpha * alpha, unlit);
+        return ColorReflectance(diffuse * (1.0 - constants.y), f0, alpha * alpha, unlit);
     }
     float s = shininess(roughness, constants.z);
     return ColorReflectance(diffuse, f0 * ((s + 8.0) / 8.0), 0.5 * s, unlit);
@@ -64,13 +65,14 @@ void add_light(Light light, vec3 p, vec3 n, vec3 v, ColorReflectance looks, inou
     vec3 specular = looks.specular;
     if (GLTF) {
         float miss = clamp(1.0 - 0.5 * sqrt(length2), 0.0, 1.0);
-        vec3 fresnel = mix(looks.specular, vec3(1.0), (miss * miss) * (miss * miss) * miss);
+        float grazing = (miss * miss) * (miss * miss) * miss;
+        vec3 fresnel = mix(looks.specular, vec3(1.0), grazing);
         // By way of the sine: it keeps the precision that 1 - cosine squared would lose.
         vec3 across = cross(n, h);
         float spread = n_h2 * looks.lobe + dot(across, across) / length2;
         n_v = max(n_v, 1e-4);
         float visibility = 0.5 / (masking(n_l, n_v, looks.lobe) + masking(n_v, n_l, looks.lobe));
-        diffuse *= 1.0 - fresnel;
+        diffuse *= 1.0 - grazing;
         specular = fresnel * (looks.lobe / (spread * spread) * visibility);
     } else {
         specular *= pow(min(n_h2, 1.0), looks.lobe);

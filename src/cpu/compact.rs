@@ -158,13 +158,13 @@ impl Pixels {
                 surface.roughness[at],
                 surface.emissive[at].into(),
             );
-            let (specular, lobe) = match shading.brdf {
-                Brdf::BlinnPhong => (looks.specular, 0.5 * looks.shininess),
-                Brdf::Gltf => (looks.normal_incidence, looks.alpha * looks.alpha),
+            let (diffuse, specular, lobe) = match shading.brdf {
+                Brdf::BlinnPhong => (looks.diffuse, looks.specular, 0.5 * looks.shininess),
+                Brdf::Gltf => (looks.covered, looks.normal_incidence, looks.alpha * looks.alpha),
             };
             group.lobe[lane] = lobe;
             for channel in 0..3 {
-                group.diffuse[channel][lane] = looks.diffuse[channel];
+                group.diffuse[channel][lane] = diffuse[channel];
                 group.specular[channel][lane] = specular[channel];
                 group.unlit[channel][lane] = looks.unlit[channel];
             }

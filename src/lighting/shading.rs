@@ -17,8 +17,9 @@ pub enum Brdf {
     /// Lambert, and a normalised Blinn-Phong lobe of the material's width.
     #[default]
     BlinnPhong,
-    /// That of the glTF 2.0 specification, appendix B: Lambert under GGX, the height-correlated Smith
-    /// masking-shadowing function and Schlick's Fresnel term.
+    /// That of the glTF 2.0 specification, appendix B: a metal and a dielectric, mixed; GGX, the
+    /// height-correlated Smith masking-shadowing function, Schlick's Fresnel term, and Lambert below the
+    /// dielectric's surface.
     Gltf,
 }
 
@@ -52,6 +53,8 @@ pub struct Reflectance {
     pub specular: Vec3,
     /// Reflectance at normal incidence `F0 = mix(0.04, base, metallic)`, linear RGB.
     pub normal_incidence: Vec3,
+    /// `diffuse·(1−0.04)`: what is left of it below a dielectric's surface that is seen at normal incidence.
+    pub covered: Vec3,
     /// Width of the GGX lobe, `α = max(roughness, 0.0525)²`.
     pub alpha: f32,
     /// Blinn-Phong exponent `s = 2/α² − 2` in 1..=4096, with `α = roughness²`.
@@ -80,11 +83,13 @@ impl Shading {
         let alpha = roughness * roughness;
         let shininess = (2.0 / (alpha * alpha) - 2.0).min(self.max_shininess).max(1.0);
         let normal_incidence = Vec3::splat(self.dielectric).lerp(base, metallic);
+        let diffuse = base * (1.0 - metallic);
         let wide = roughness.max(MIN_ROUGHNESS);
         Reflectance {
-            diffuse: base * (1.0 - metallic),
+            diffuse,
             specular: normal_incidence * ((shininess + 8.0) / 8.0),
             normal_incidence,
+            covered: diffuse * (1.0 - self.dielectric),
             alpha: wide * wide,
             shininess,
             unlit: base * self.ambient + emissive,
@@ -163,22 +168,22 @@ fn blinn_phong(at: &Place, l: Vec3, looks: &Reflectance) -> (Vec3, Vec3) {
     (looks.diffuse, looks.specular * n_h.powf(looks.shininess))
 }
 
-/// Both parts of the BRDF of glTF 2.0, appendix B.3, times π.
+/// Both parts of the BRDF of glTF 2.0, appendix B.3, times π. Metal and dielectric share the distribution of
+/// their microfacets, so that mixing their reflectances is mixing them; what the dielectric's surface lets
+/// pass does not depend on the metal.
 fn gltf(at: &Place, l: Vec3, n_l: f32, looks: &Reflectance) -> (Vec3, Vec3) {
     let (n, v) = (at.normal, at.to_viewer);
     let h = (l + v).normalize_or_zero();
     let alpha2 = looks.alpha * looks.alpha;
     let (n_v, n_h) = (n.dot(v).max(1e-4), n.dot(h).max(0.0));
-    let fresnel = {
-        let grazing = (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5);
-        looks.normal_incidence + (Vec3::ONE - looks.normal_incidence) * grazing
-    };
+    let grazing = (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5);
+    let fresnel = looks.normal_incidence + (Vec3::ONE - looks.normal_incidence) * grazing;
     // (n·h)²·(α² − 1) + 1, by way of the sine: it keeps the precision that 1 − cosine² would lose.
     let spread = n_h * n_h * alpha2 + n.cross(h).length_squared();
     let distribution = alpha2 / (spread * spread);
     let masking = |a: f32, b: f32| a * (b * b * (1.0 - alpha2) + alpha2).sqrt();
     let visibility = 0.5 / (masking(n_l, n_v) + masking(n_v, n_l));
-    (looks.diffuse * (Vec3::ONE - fresnel), fresnel * (distribution * visibility))
+    (looks.covered * (1.0 - grazing), fresnel * (distribution * visibility))
 }
 
 #[cfg(test)]
@@ -205,6 +210,22 @@ mod tests {
         assert_eq!(facing, Response { radiance: Vec3::splat(0.7), irradiance: 0.7 });
         assert_eq!(respond(Vec3::ZERO, -Vec3::Z), Response::default());
         assert_eq!(respond(Vec3::Z, Vec3::Z).radiance, Vec3::splat(4.0 * 0.7));
+    }
+
+    #[test]
+    fn gltf_mixes_the_reflections_of_metal_and_dielectric() {
+        let shading = Shading { brdf: Brdf::Gltf, ambient: 0.0, ..Shading::default() };
+        let light = LightRecord { diffuse: 0.7, specular: 0.7, ..LightRecord::DARK };
+        let to_viewer = Vec3::new(0.6, 0.0, 0.8);
+        let at = Place { position: Vec3::ZERO, normal: Vec3::Z, to_viewer };
+        let seen = |metallic: f32| {
+            let looks = shading.reflectance(Vec3::new(0.9, 0.4, 0.1), metallic, 0.5, Vec3::ZERO);
+            shading.response(&light, &at, &looks).radiance
+        };
+        for metallic in [0.25, 0.5, 0.75] {
+            let (found, expected) = (seen(metallic), seen(0.0).lerp(seen(1.0), metallic));
+            assert!(found.abs_diff_eq(expected, 1e-6), "{metallic}: {found}, not {expected}");
+        }
     }
 
     #[test]

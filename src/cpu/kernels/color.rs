@@ -92,7 +92,7 @@ fn add<const GLTF: bool, const POINT: bool>(
         for k in 0..LANES {
             let f0 = color.specular[c][k];
             let fresnel = if GLTF { (1.0 - f0).mul_add(grazing[k], f0) } else { f0 };
-            let matt = if GLTF { 1.0 - fresnel } else { 1.0 };
+            let matt = if GLTF { 1.0 - grazing[k] } else { 1.0 };
             let diffuse = color.diffuse[c][k] * matt * light.diffuse;
             let reflected = fresnel.mul_add(lobe[k], diffuse);
             radiance[k] = (received[k] * light.color[c]).mul_add(reflected, radiance[k]);

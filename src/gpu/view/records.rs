@@ -86,12 +86,12 @@ pub fn colors(maps: &Maps, shading: &Shading) -> Texels<3> {
     let mut records = [const { Vec::new() }; 3];
     for at in 0..maps.types.len() {
         let looks = reflectance(maps, shading, at);
-        let (specular, lobe) = match shading.brdf {
-            Brdf::BlinnPhong => (looks.specular, 0.5 * looks.shininess),
-            Brdf::Gltf => (looks.normal_incidence, looks.alpha * looks.alpha),
+        let (diffuse, specular, lobe) = match shading.brdf {
+            Brdf::BlinnPhong => (looks.diffuse, looks.specular, 0.5 * looks.shininess),
+            Brdf::Gltf => (looks.covered, looks.normal_incidence, looks.alpha * looks.alpha),
         };
         let target = maps.target.get(at).copied().unwrap_or(NO_TARGET);
-        records[0].push(looks.diffuse.extend(lobe).to_array());
+        records[0].push(diffuse.extend(lobe).to_array());
         records[1].push(specular.extend(maps.normal_gradient[at]).to_array());
         records[2].push(looks.unlit.extend(target).to_array());
     }
