@@ -19,7 +19,7 @@ pub struct DeviceInfo {
     pub driver: String,
 }
 
-/// One individual, looked at closely.
+/// What is known of one individual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inspection {
     /// `F`.

@@ -3,7 +3,7 @@
 use klieg::cpu::{self, CpuEvaluator};
 use klieg::design::{self, Progress, start};
 use klieg::evaluate::{Evaluator, Inspection};
-use klieg::gpu::GpuEvaluator;
+use klieg::gpu::{GpuEvaluator, ScoreTarget};
 use klieg::lighting::genome::{Boxes, Genome};
 use klieg::lighting::presets::Preset;
 use klieg::lighting::shading::Shading;
@@ -81,6 +81,11 @@ fn both_evaluators_judge_by_a_term_that_no_shader_knows() {
         }
         assert!(found.iter().zip(&without).any(|(a, b)| a - b > 0.1), "the term tells nothing");
     }
+    // A recording's scores are the device's, which knows no such term.
+    let (cmd, target) = (klieg::ash::vk::CommandBuffer::null(), ScoreTarget::Mapped);
+    // SAFETY: it is refused before anything is recorded.
+    let refused = unsafe { gpu.record(cmd, &population(&rigs), target) };
+    assert!(refused.expect_err("a foreign term").to_string().contains("own terms"));
     assert_valid(&context);
 }
 

@@ -6,8 +6,9 @@ use crate::gpu::Context;
 use crate::gpu::layout::Chunk;
 use crate::gpu::measure::population::{self, PictureStage};
 use crate::gpu::shaders;
-use crate::gpu::view::memory::{PIXEL_GROUP, PUSH_BYTES, PUSH_STAGES, ViewMemory};
+use crate::gpu::view::memory::{PIXEL_GROUP, PUSH_BYTES, PUSH_STAGES, ViewMemory, push_constants};
 use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ};
+use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Buffer, Image};
 use crate::gpu::vulkan::pipeline::{Binding, DescriptorSet, Pipeline, PipelineLayout, set_layout};
 use crate::scene::engine::{PictureChannels, PictureEncoding, PictureFormat};
@@ -191,18 +192,16 @@ impl PictureStage for Pictures {
         // The chunk before has been read.
         self.context.transition(cmd, self.pictures(), (old, general), readers, COMPUTE_WRITE);
         let chunk = Chunk { first: first_layer + chunk.first, ..*chunk };
-        let sets = [view.set.raw(), *set, self.made.raw()];
-        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
         let [x, y, _] = view.pixel_groups();
-        let device = self.context.recorder();
-        // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made for
-        // this layout.
-        unsafe {
-            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
-            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[]);
-            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(&chunk));
-            device.cmd_dispatch(cmd, x, y, count);
-        }
+        let run = Dispatch {
+            pipeline,
+            layout: self.layout,
+            sets: &[view.set.raw(), *set, self.made.raw()],
+            offsets: &[],
+            push: push_constants(&chunk),
+            groups: [x, y, count],
+        };
+        self.context.dispatch(cmd, &run);
         let shader = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
         self.context.transition(cmd, self.pictures(), (general, shader), COMPUTE_WRITE, readers);
     }

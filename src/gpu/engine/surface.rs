@@ -17,6 +17,7 @@ use crate::gpu::vulkan::choice::Lights;
 use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, StageTimer,
 };
+use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::{Binding, DescriptorSet, Pipeline, PipelineLayout, set_layout};
 use crate::lighting::shading::Shading;
@@ -235,17 +236,15 @@ impl SurfaceStages {
         let parameters = Parameters::new(&view, &self.objective, &self.shading);
         context.update(cmd, &memory.parameters, &[parameters]);
         context.update(cmd, &self.block, &[block(surface, camera, &view)]);
-        let [x, y, z] = memory.pixel_groups();
-        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
-        context.labelled(cmd, "surface", || {
-            let device = context.recorder();
-            // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`.
-            unsafe {
-                device.cmd_bind_pipeline(cmd, point, self.stage.raw());
-                device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[surface.set.raw()], &[]);
-                device.cmd_dispatch(cmd, x, y, z);
-            }
-        });
+        let run = Dispatch {
+            pipeline: &self.stage,
+            layout: self.layout,
+            sets: &[surface.set.raw()],
+            offsets: &[],
+            push: None,
+            groups: memory.pixel_groups(),
+        };
+        context.labelled(cmd, "surface", || context.dispatch(cmd, &run));
         context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
         self.record_maps(cmd, memory)?;
         Ok(view)

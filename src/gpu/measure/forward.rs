@@ -10,7 +10,6 @@ use crate::gpu::layout::Chunk;
 use crate::gpu::scene::drawable::{Drawable, VERTICES};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
-use crate::gpu::view::records::gltf;
 use crate::gpu::vulkan::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
 use crate::gpu::vulkan::graphics::{DEPTH, Framebuffer, GraphicsPipeline, RenderPass, attachment};
 use crate::gpu::vulkan::memory::{Buffer, Image, ImageDesc};
@@ -100,15 +99,10 @@ impl PictureStage for ForwardDraw {
     }
 
     fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
-        let lights_of = lights as u32;
-        let (stem, shaders, constants) = match self.color {
-            None => ("forward", [shaders::FORWARD_VERT, shaders::FORWARD_FRAG], vec![lights_of]),
-            Some(brdf) => (
-                "forward_color",
-                [shaders::FORWARD_COLOR_VERT, shaders::FORWARD_COLOR_FRAG],
-                vec![lights_of, gltf(brdf)],
-            ),
-        };
+        let plain = ("forward", [shaders::FORWARD_VERT, shaders::FORWARD_FRAG]);
+        let colored = ("forward_color", [shaders::FORWARD_COLOR_VERT, shaders::FORWARD_COLOR_FRAG]);
+        let (stem, shaders) = if self.color.is_some() { colored } else { plain };
+        let constants = population::draw_constants(lights, self.color);
         let pipeline = GraphicsPipeline {
             stem,
             shaders,

@@ -6,8 +6,9 @@ use crate::Result;
 use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, pixel_binding, pixel_bindings};
 use crate::gpu::shaders;
-use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
+use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory, push_constants};
 use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, Commands};
+use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Buffer, TexelBuffer};
 use crate::gpu::vulkan::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
 use ash::vk;
@@ -126,20 +127,18 @@ impl Pixels {
         cmd: vk::CommandBuffer,
         view: &ViewMemory,
         pipeline: &Pipeline,
-        [x, y, z]: [u32; 3],
+        groups: [u32; 3],
         (push, window): (&Chunk, u32),
     ) {
-        let device = self.context.recorder();
-        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
-        let sets = [view.set.raw(), self.set.raw()];
-        // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`,
-        // which has one dynamic offset.
-        unsafe {
-            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
-            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[window]);
-            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(push));
-            device.cmd_dispatch(cmd, x, y, z);
-        }
+        let run = Dispatch {
+            pipeline,
+            layout: self.layout,
+            sets: &[view.set.raw(), self.set.raw()],
+            offsets: &[window],
+            push: push_constants(push),
+            groups,
+        };
+        self.context.dispatch(cmd, &run);
     }
 }
 

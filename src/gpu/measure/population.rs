@@ -135,19 +135,11 @@ impl PictureStage for StoredDraw {
     }
 
     fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
-        let lights_of = lights as u32;
-        let (stem, shaders, constants) = match self.color {
-            None => (
-                "population",
-                [shaders::POPULATION_VERT, shaders::POPULATION_FRAG],
-                vec![lights_of],
-            ),
-            Some(brdf) => (
-                "population_color",
-                [shaders::POPULATION_COLOR_VERT, shaders::POPULATION_COLOR_FRAG],
-                vec![lights_of, gltf(brdf)],
-            ),
-        };
+        let plain = ("population", [shaders::POPULATION_VERT, shaders::POPULATION_FRAG]);
+        let colored =
+            ("population_color", [shaders::POPULATION_COLOR_VERT, shaders::POPULATION_COLOR_FRAG]);
+        let (stem, shaders) = if self.color.is_some() { colored } else { plain };
+        let constants = draw_constants(lights, self.color);
         let pipeline = GraphicsPipeline {
             stem,
             shaders,
@@ -203,6 +195,11 @@ impl PictureStage for StoredDraw {
 /// layer that a vertex shader writes undefined where the framebuffer has but one.
 pub fn target_layers(count: u32) -> u32 {
     count.max(2)
+}
+
+/// Specialisation constants of the draws that make pictures.
+pub fn draw_constants(lights: usize, color: Option<Brdf>) -> Vec<u32> {
+    [Some(lights as u32), color.map(gltf)].into_iter().flatten().collect()
 }
 
 /// Layers and bytes that an image of pictures can have at most, `written` in this way.

@@ -7,12 +7,13 @@ use crate::constants::{TILE_SIDE as SIDE, TILES_BLOCK, TILES_COLOR_BLOCK, TILES_
 use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, Tile};
 use crate::gpu::shaders;
-use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory};
+use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory, push_constants};
 use crate::gpu::view::records::gltf;
 use crate::gpu::vulkan::choice::Subgroups;
 use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
 };
+use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::{ByLights, DescriptorSet, Pipeline, PipelineLayout};
 use crate::gpu::vulkan::staging;
@@ -88,6 +89,27 @@ impl Tiles {
     }
 }
 
+impl Tiles {
+    /// Records a stage over the tiles.
+    fn dispatch(
+        &self,
+        cmd: vk::CommandBuffer,
+        view: &ViewMemory,
+        pipeline: &Pipeline,
+        (groups, push): ([u32; 3], Option<&Chunk>),
+    ) {
+        let run = Dispatch {
+            pipeline,
+            layout: self.layout,
+            sets: &[view.set.raw(), self.set.raw()],
+            offsets: &[],
+            push: push.and_then(push_constants),
+            groups,
+        };
+        self.context.dispatch(cmd, &run);
+    }
+}
+
 impl Measure for Tiles {
     fn entries(&self) -> [u32; 2] {
         [self.count; 2]
@@ -131,18 +153,12 @@ impl Measure for Tiles {
 
     fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory) {
         let Some(list_stage) = &self.list_stage else { return };
-        let device = self.context.recorder();
-        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
-        let sets = [view.set.raw(), self.set.raw()];
+        let (device, picture) = (self.context.recorder(), self.picture.raw());
+        // SAFETY: `cmd` is being recorded on this device, and the picture, of whole words, may be filled.
+        unsafe { device.cmd_fill_buffer(cmd, picture, 0, vk::WHOLE_SIZE, 0) };
+        // The list has room for every tile.
         let [columns, rows] = view.size.map(|side| side.div_ceil(SIDE));
-        // SAFETY: `cmd` is being recorded on this device; the list has room for every tile, the picture,
-        // of whole words, may be filled, and the pipeline was made for `layout`.
-        unsafe {
-            device.cmd_fill_buffer(cmd, self.picture.raw(), 0, vk::WHOLE_SIZE, 0);
-            device.cmd_bind_pipeline(cmd, point, list_stage.raw());
-            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[]);
-            device.cmd_dispatch(cmd, columns, rows, 1);
-        }
+        self.dispatch(cmd, view, list_stage, ([columns, rows, 1], None));
         let written = (COMPUTE_WRITE.0 | COPY_WRITE.0, COMPUTE_WRITE.1 | COPY_WRITE.1);
         let used = (COMPUTE_READ.0, COMPUTE_READ.1 | COMPUTE_WRITE.1);
         self.context.barrier(cmd, written, used);
@@ -156,18 +172,9 @@ impl Measure for Tiles {
         (chunk, count): (&Chunk, u32),
         lights: usize,
     ) {
-        let stage = self.stages.of(lights);
-        let device = self.context.recorder();
-        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
-        let sets = [view.set.raw(), self.set.raw()];
         timer.stage(cmd, "tiles", || {
-            // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`.
-            unsafe {
-                device.cmd_bind_pipeline(cmd, point, stage.raw());
-                device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[]);
-                device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(chunk));
-                device.cmd_dispatch(cmd, self.count, count.div_ceil(self.block), 1);
-            }
+            let groups = [self.count, count.div_ceil(self.block), 1];
+            self.dispatch(cmd, view, self.stages.of(lights), (groups, Some(chunk)));
         });
     }
 

@@ -8,6 +8,7 @@ use crate::gpu::Context;
 use crate::gpu::layout::ShapePart;
 use crate::gpu::shaders;
 use crate::gpu::vulkan::commands::{COMPUTE_WRITE, COPY_WRITE, Scope, StageTimer};
+use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::Buffer;
 use crate::gpu::vulkan::pipeline::{Binding, DescriptorSet, Pipeline, PipelineLayout};
 use ash::vk;
@@ -100,16 +101,12 @@ impl MapStages {
             unsafe { device.cmd_fill_buffer(cmd, buffer.raw(), 0, vk::WHOLE_SIZE, 0) };
         }
         self.context.barrier(cmd, COPY_WRITE, COMPUTE_READ_WRITE);
-        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
-        let sets = [view.set.raw(), self.set.raw()];
-        for (stem, pipeline, [x, y, z]) in &self.stages {
+        let (layout, sets) = (self.layout, [view.set.raw(), self.set.raw()]);
+        for &(stem, ref pipeline, groups) in &self.stages {
             timer.stage(cmd, stem, || {
-                // SAFETY: `cmd` is being recorded, and the pipeline was made for `layout`.
-                unsafe {
-                    device.cmd_bind_pipeline(cmd, point, pipeline.raw());
-                    device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &sets, &[]);
-                    device.cmd_dispatch(cmd, *x, *y, *z);
-                }
+                let run =
+                    Dispatch { pipeline, layout, sets: &sets, offsets: &[], push: None, groups };
+                self.context.dispatch(cmd, &run);
                 self.context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ_WRITE);
             });
         }

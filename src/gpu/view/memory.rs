@@ -25,6 +25,7 @@ use crate::gpu::Context;
 use crate::gpu::layout::{self, Chunk, Detail, Parameters, ViewStatistics, binding};
 use crate::gpu::vulkan::choice::Lights;
 use crate::gpu::vulkan::commands::{COPY_WRITE, Commands, NOTHING};
+use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Access, Buffer, Image, ImageDesc};
 use crate::gpu::vulkan::pipeline::{DescriptorSet, Pipeline, PipelineLayout};
 use crate::gpu::vulkan::staging;
@@ -45,6 +46,11 @@ pub const PUSH_BYTES: u32 = size_of::<Chunk>() as u32;
 pub const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
     vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::COMPUTE.as_raw(),
 );
+
+/// The push constants of a view's stages.
+pub fn push_constants(chunk: &Chunk) -> Option<(vk::ShaderStageFlags, &[u8])> {
+    Some((PUSH_STAGES, bytemuck::bytes_of(chunk)))
+}
 
 /// What the visibility draw or `surface`, and `edges` write. All of the picture's size, in layout `GENERAL`.
 pub struct GBuffer {
@@ -267,15 +273,15 @@ impl ViewMemory {
         groups: [u32; 3],
         push: &Chunk,
     ) {
-        let device = self.context.recorder();
-        let (point, layout) = (vk::PipelineBindPoint::COMPUTE, self.layout.raw());
-        // SAFETY: `cmd` is being recorded on this device, and the pipeline was made for `layout`.
-        unsafe {
-            device.cmd_bind_pipeline(cmd, point, pipeline.raw());
-            device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[self.set.raw()], &[]);
-            device.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(push));
-            device.cmd_dispatch(cmd, groups[0], groups[1], groups[2]);
-        }
+        let run = Dispatch {
+            pipeline,
+            layout: self.layout,
+            sets: &[self.set.raw()],
+            offsets: &[],
+            push: push_constants(push),
+            groups,
+        };
+        self.context.dispatch(cmd, &run);
     }
 
     /// Work groups of [`PIXEL_GROUP`] that cover the picture.

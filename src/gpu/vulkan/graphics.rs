@@ -187,7 +187,7 @@ impl GraphicsPipeline<'_> {
             layout: self.layout.raw(),
             pass: self.pass.raw,
         };
-        Pipeline::kept(context, key, || self.make(context))
+        Pipeline::cached(context, key, || self.make(context))
     }
 
     fn make(&self, context: &Arc<Context>) -> Result<vk::Pipeline> {

@@ -7,6 +7,7 @@ pub mod choice;
 pub mod commands;
 pub mod context;
 pub mod devices;
+pub mod dispatch;
 pub mod features;
 pub mod graphics;
 pub mod instance;

@@ -324,7 +324,7 @@ impl Pipeline {
     ) -> Result<Self> {
         let pass = vk::RenderPass::null();
         let key = PipelineKey { stem, constants: constants.to_vec(), layout: layout.0, pass };
-        Self::kept(context, key, || {
+        Self::cached(context, key, || {
             let module = ShaderModule::new(context, spirv)?;
             let specialization = Specialization::new(constants);
             let specialization = specialization.info();
@@ -348,7 +348,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// What `make` reports.
-    pub fn kept(
+    pub fn cached(
         context: &Context,
         key: PipelineKey,
         make: impl FnOnce() -> Result<vk::Pipeline>,

@@ -1,0 +1,60 @@
+//! Which pipeline is taken, and populations in parts.
+
+use super::*;
+use crate::gpu::{ContextOptions, Tuning, testing};
+use crate::lighting::presets::Preset;
+
+#[test]
+fn a_view_with_too_many_object_pixels_is_drawn() {
+    let context = testing::context();
+    assert_eq!(best(&context, 1000), PipelineKind::Compute);
+    assert!(!Runs::fits(&context, 1 << 31));
+    let most = best(&context, 1 << 31);
+    let runs = context.shape() == ComputeShape::Runs;
+    assert_eq!(most == PipelineKind::Layered, runs);
+    let (maps, view) = testing::maps(20, 10);
+    let (objective, shading) = (Objective::default(), Shading::default());
+    let view =
+        ViewMemory::with_maps(&context, &maps, &view, &objective, &shading, Lights::Plain).unwrap();
+    let error = Runs::new(&context, &view, 1 << 31).err();
+    assert!(matches!(error, Some(Error::Unsupported { .. })));
+    testing::assert_valid(&context);
+}
+
+#[test]
+fn large_populations_are_submitted_in_parts_with_the_same_bits() {
+    let (maps, view) = testing::maps(20, 10);
+    for pipeline in [PipelineKind::Layered, PipelineKind::Compute] {
+        let tuning = Tuning { pipeline: Some(pipeline), ..Tuning::default() };
+        let options = ContextOptions { validation: true, tuning, ..Default::default() };
+        let context = Context::new(&options).unwrap();
+        let (objective, shading) = (Objective::default(), Shading::default());
+        let mut evaluator =
+            GpuEvaluator::with_maps(&context, &maps, &view, objective, shading).unwrap();
+        let light = |i: u8| Light { azimuth: f32::from(i), ..Preset::Headlight.rig()[0] };
+        let rigs: Vec<_> = (0..37).map(|i| [light(i), light(2 * i)]).collect();
+        let population = Population::of(rigs.iter().map(<[Light; 2]>::as_slice)).unwrap();
+        let mut measured = |work: Option<u64>| {
+            let mut scores = vec![0.0; rigs.len()];
+            evaluator.reserve(37, 2).unwrap();
+            if let (Some(work), Some(generation)) = (work, &mut evaluator.generation) {
+                generation.submission_work = work;
+                evaluator.recorded = None;
+            }
+            evaluator.evaluate(&population, &mut scores).unwrap();
+            (scores, evaluator.commands.len())
+        };
+        let (expected, ordinary) = measured(None);
+        // Room for two blocks of 4, of 200 pixels and 2 lights each; then for none.
+        let parts = [3300, 1].map(|work| {
+            let (scores, parts) = measured(Some(work));
+            assert_eq!(scores, expected, "{pipeline}");
+            parts
+        });
+        let blocks = if pipeline == PipelineKind::Compute { [5, 10] } else { [5, 37] };
+        assert_eq!((ordinary, parts), (1, blocks), "{pipeline}");
+        let stages = evaluator.timings().len();
+        assert!(stages == 3 || stages == 5, "{:?}", evaluator.timings());
+        testing::assert_valid(&context);
+    }
+}
