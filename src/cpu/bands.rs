@@ -1,18 +1,19 @@
 //! A band of rows under some rigs: shading and sums of the native evaluator, and the statistics that the
 //! bands' sums make.
 
-use super::compact::{Band, ColorGroup, Pixels, Shaped};
+use super::compact::{Band, ColorGroup, LANES, Pixels, Shaped};
 use super::fitness;
 use super::kernels::{self, AppearanceSums, Tile};
 use crate::constants::NO_TARGET;
-use crate::lighting::LightRecord;
 use crate::lighting::shading::{Brdf, Shading};
+use crate::lighting::{LightRecord, Population};
 use crate::objective::maps::{Maps, PixelCounts};
 use crate::objective::{
     DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, HISTOGRAM_BINS, Irradiance, Needs, Objective,
     Statistics,
 };
 use crate::scene::view::View;
+use std::ops::Range;
 use std::sync::OnceLock;
 
 /// The object's pixels in bands, with what shading and sums read of them.
@@ -108,13 +109,10 @@ impl Bands {
         }
     }
 
-    /// How these lights are shaded.
-    pub fn shade(&self, lights: &[LightRecord], maps: &Maps) -> Shade {
-        let needs = self.needs;
-        let plain = self.shading.brdf == Brdf::BlinnPhong
-            && !needs.lights()
-            && lights.iter().all(LightRecord::is_plain);
-        if plain {
+    /// How the lights of a population are shaded.
+    pub fn shade(&self, population: &Population, maps: &Maps) -> Shade {
+        let blinn_phong = self.shading.brdf == Brdf::BlinnPhong;
+        if blinn_phong && !self.needs.lights() && population.is_plain() {
             return Shade::Plain;
         }
         self.colors.get_or_init(|| self.pixels.colors(maps, &self.shading));
@@ -175,7 +173,7 @@ impl Bands {
             let outer = kernels::tapped_gradient(picture, &band.surface, 1.0, f32::MAX);
             return (0.0, inner + outer);
         }
-        let shaped = &self.shaped[band.groups.start * super::compact::LANES..];
+        let shaped = &self.shaped[band.groups.start * LANES..];
         let inner = kernels::interior_detail(picture, &band.runs, shaped);
         let outer = kernels::tapped_detail(picture, (&band.surface, &band.surface_at), shaped);
         (inner[0] + outer[0], inner[1] + outer[1])
@@ -192,8 +190,8 @@ impl Bands {
     }
 
     /// A band's own pixels, counted from the first of all.
-    fn own(&self, band: &Band) -> std::ops::Range<usize> {
-        let first = band.groups.start * super::compact::LANES;
+    fn own(&self, band: &Band) -> Range<usize> {
+        let first = band.groups.start * LANES;
         first + band.own.start..first + band.own.end
     }
 

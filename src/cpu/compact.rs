@@ -2,7 +2,7 @@
 //! the neighbours that the gradients need. Pixels keep their order, rows from the top.
 
 use super::neighbourhood;
-use crate::lighting::shading::{Brdf, Shading};
+use crate::lighting::shading::{Coefficients, Shading};
 use crate::math::color::luminance;
 use crate::objective::maps::{Maps, PixelType};
 use crate::scene::view::View;
@@ -124,12 +124,7 @@ impl Pixels {
             }
             pixels.at.push(at as u32);
             let group = pixels.groups.last_mut().expect("pushed with the first of its pixels");
-            let reflectance = shading.reflectance(
-                surface.base_color[at].into(),
-                surface.metallic[at],
-                surface.roughness[at],
-                surface.emissive[at].into(),
-            );
+            let reflectance = surface.reflectance(shading, at);
             let normal = Vec3::from(surface.normal[at]);
             let to_viewer = view.towards_viewer(surface.position[at].into());
             for axis in 0..3 {
@@ -152,16 +147,8 @@ impl Pixels {
         let mut colors = vec![ColorGroup::default(); self.groups.len()];
         for (i, &at) in self.at.iter().enumerate() {
             let (group, lane, at) = (&mut colors[i / LANES], i % LANES, at as usize);
-            let looks = shading.reflectance(
-                surface.base_color[at].into(),
-                surface.metallic[at],
-                surface.roughness[at],
-                surface.emissive[at].into(),
-            );
-            let (diffuse, specular, lobe) = match shading.brdf {
-                Brdf::BlinnPhong => (looks.diffuse, looks.specular, 0.5 * looks.shininess),
-                Brdf::Gltf => (looks.covered, looks.normal_incidence, looks.alpha * looks.alpha),
-            };
+            let looks = surface.reflectance(shading, at);
+            let Coefficients { diffuse, specular, lobe } = looks.coefficients(shading.brdf);
             group.lobe[lane] = lobe;
             for channel in 0..3 {
                 group.diffuse[channel][lane] = diffuse[channel];

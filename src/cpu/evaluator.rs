@@ -70,7 +70,7 @@ impl CpuEvaluator {
     /// Passes the quality of every rig to `take`, in order.
     fn measure_all(&mut self, population: &Population, mut take: impl FnMut(Quality)) {
         let lights = population.lights();
-        let shade = self.bands.shade(population.records(), &self.maps);
+        let shade = self.bands.shade(population, &self.maps);
         let chunk = (CHUNK_PARTS / self.bands.bands.len().max(1)).max(1);
         for records in population.records().chunks(chunk * lights) {
             self.measure_chunk((records, lights), shade, &mut take);
@@ -135,7 +135,7 @@ impl Evaluator for CpuEvaluator {
     fn inspect(&mut self, rig: &[Light]) -> Result<Inspection> {
         let population = Population::of([rig])?;
         let mut picture = vec![0.0; self.maps.types.len()];
-        let shade = self.bands.shade(population.records(), &self.maps);
+        let shade = self.bands.shade(&population, &self.maps);
         let mut parts = vec![Part::default(); self.bands.bands.len()];
         let mut at = self.bands.pixels.at.iter();
         let rigs = (population.records(), rig.len());

@@ -62,12 +62,7 @@ fn lit(
     }
     let (position, normal) = (Vec3::from(surface.position[at]), Vec3::from(surface.normal[at]));
     let place = Place { position, normal, to_viewer: view.towards_viewer(position) };
-    let looks = shading.reflectance(
-        surface.base_color[at].into(),
-        surface.metallic[at],
-        surface.roughness[at],
-        surface.emissive[at].into(),
-    );
+    let looks = surface.reflectance(shading, at);
     let unlit = Response { radiance: looks.unlit, irradiance: 0.0 };
     Some(rig.iter().fold(unlit, |sum, light| {
         let one = shading.response(light, &place, &looks);

@@ -63,6 +63,28 @@ pub struct Reflectance {
     pub unlit: Vec3,
 }
 
+/// What the two parts of a BRDF are computed from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coefficients {
+    /// Of the diffuse part, linear RGB.
+    pub diffuse: Vec3,
+    /// Of the specular part, linear RGB: with the normalisation of Blinn-Phong, else at normal incidence.
+    pub specular: Vec3,
+    /// Width of the lobe: `s/2` of Blinn-Phong, else `α²`.
+    pub lobe: f32,
+}
+
+impl Reflectance {
+    /// What `brdf` is computed from.
+    pub fn coefficients(&self, brdf: Brdf) -> Coefficients {
+        let (diffuse, specular, lobe) = match brdf {
+            Brdf::BlinnPhong => (self.diffuse, self.specular, 0.5 * self.shininess),
+            Brdf::Gltf => (self.covered, self.normal_incidence, self.alpha * self.alpha),
+        };
+        Coefficients { diffuse, specular, lobe }
+    }
+}
+
 impl Shading {
     /// # Errors
     /// [`Error::Argument`](crate::Error::Argument) that names the first constant out of its range.

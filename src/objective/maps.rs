@@ -2,6 +2,7 @@
 //! top. `n = width · height` below.
 
 use crate::constants::{BACKGROUND, EDGE, NORMAL_RIDGE, SURFACE};
+use crate::lighting::shading::{Reflectance, Shading};
 use crate::{Error, Result};
 
 /// The visible surface: what the visibility stage draws. Background entries are 0, save `depth`.
@@ -27,6 +28,18 @@ pub struct Surface {
     pub roughness: Vec<f32>,
     /// Linear emitted radiance, `n`.
     pub emissive: Vec<[f32; 3]>,
+}
+
+impl Surface {
+    /// How pixel `at` reflects.
+    pub fn reflectance(&self, shading: &Shading, at: usize) -> Reflectance {
+        shading.reflectance(
+            self.base_color[at].into(),
+            self.metallic[at],
+            self.roughness[at],
+            self.emissive[at].into(),
+        )
+    }
 }
 
 /// What kind of place a pixel is. The numbers are those of the pixel-type map.

@@ -9,7 +9,7 @@ use crate::gpu::layout::Chunk;
 use crate::gpu::shaders;
 use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE};
 use crate::gpu::vulkan::pipeline::Pipeline;
-use crate::lighting::shading::{Brdf, Reflectance, Shading};
+use crate::lighting::shading::{Brdf, Coefficients, Shading};
 use crate::math::color::luminance;
 use crate::objective::maps::Maps;
 use ash::vk;
@@ -56,21 +56,11 @@ pub fn gltf(brdf: Brdf) -> u32 {
 /// A texel of each record.
 type Texels<const N: usize> = [Vec<[f32; 4]>; N];
 
-fn reflectance(maps: &Maps, shading: &Shading, at: usize) -> Reflectance {
-    let surface = &maps.surface;
-    shading.reflectance(
-        Vec3::from(surface.base_color[at]),
-        surface.metallic[at],
-        surface.roughness[at],
-        Vec3::from(surface.emissive[at]),
-    )
-}
-
 /// The surface's records, as the stage `reflectance` makes them.
 pub fn records(maps: &Maps, shading: &Shading) -> Texels<3> {
     let mut records = [const { Vec::new() }; 3];
     for at in 0..maps.types.len() {
-        let looks = reflectance(maps, shading, at);
+        let looks = maps.surface.reflectance(shading, at);
         let position = Vec3::from(maps.surface.position[at]).extend(looks.shininess);
         let normal = Vec3::from(maps.surface.normal[at]).extend(luminance(looks.diffuse));
         let kind = maps.types[at] as u32 as f32;
@@ -85,11 +75,8 @@ pub fn records(maps: &Maps, shading: &Shading) -> Texels<3> {
 pub fn colors(maps: &Maps, shading: &Shading) -> Texels<3> {
     let mut records = [const { Vec::new() }; 3];
     for at in 0..maps.types.len() {
-        let looks = reflectance(maps, shading, at);
-        let (diffuse, specular, lobe) = match shading.brdf {
-            Brdf::BlinnPhong => (looks.diffuse, looks.specular, 0.5 * looks.shininess),
-            Brdf::Gltf => (looks.covered, looks.normal_incidence, looks.alpha * looks.alpha),
-        };
+        let looks = maps.surface.reflectance(shading, at);
+        let Coefficients { diffuse, specular, lobe } = looks.coefficients(shading.brdf);
         let target = maps.target.get(at).copied().unwrap_or(NO_TARGET);
         records[0].push(diffuse.extend(lobe).to_array());
         records[1].push(specular.extend(maps.normal_gradient[at]).to_array());
