@@ -10,7 +10,9 @@ pub mod lights;
 pub mod lit;
 pub mod load;
 mod mips;
+pub mod occluders;
 mod tangents;
+pub(crate) mod texture;
 pub mod view;
 
 use crate::lighting::{Cone, LightKind};
