@@ -228,8 +228,8 @@ fn expected(seed: u64) -> Vec<String> {
     }
     let mut judge = GpuEvaluator::new(&context, &scene, &view, other, shading).unwrap();
     lines.extend(quality_lines("judged", &mut judge, Preset::Headlight));
-    lines.extend(presets.clone());
     lines.extend(by_profile(&context, &scene, &view));
+    lines.extend(presets.clone());
     lines.push(line("world", &numbers.map(|number| number as f32)));
     let spot = Light {
         kind: LightKind::SPOT,

@@ -529,11 +529,11 @@ int main(int count, char **arguments) {
     klieg_evaluator *evaluator = make_evaluator(context, scene);
     list_terms();
     judge(context, scene);
+    judge_by_profile(context, scene);
     if (count == 1) {
         klieg_scene_destroy(scene);
     }
     measure(evaluator);
-    judge_by_profile(context, scene);
     place(evaluator);
     search(evaluator);
     provoke(context, evaluator);
