@@ -6,6 +6,7 @@ use super::options::{SceneOptions, SearchOptions, TargetOptions};
 use super::print;
 use super::progress::{self, Interrupt};
 use super::session::Session;
+use crate::design::profile;
 use crate::design::{Outcome, Progress};
 use crate::lighting::genome::Genome;
 use crate::report::Staging;
@@ -35,7 +36,7 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.scene.settings()?;
+        let mut settings = self.scene.settings(profile::DEFAULT)?;
         self.target.apply(&mut settings);
         self.search.apply(&mut settings)?;
         Ok(settings)

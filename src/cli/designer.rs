@@ -95,7 +95,7 @@ pub(super) fn search(
 /// The search's settings in words.
 fn in_words(settings: &Settings) -> String {
     let words = (settings.optimizer.0.words)(&settings.optimizers());
-    format!("seed {}, {words}", settings.seed)
+    format!("profile {}, seed {}, {words}", settings.profile.0.name, settings.seed)
 }
 
 /// Writes all files of a design; gives the content of `result.json`, the last of them.

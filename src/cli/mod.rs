@@ -14,6 +14,7 @@ mod options;
 mod paper;
 mod pipelines;
 mod print;
+mod profile;
 mod progress;
 mod score;
 mod session;
