@@ -42,7 +42,7 @@ const uint LEAF_FIRST_BITS = 27;
 const uint LEAF_FIRST_MASK = (1u << LEAF_FIRST_BITS) - 1;
 
 // A distance that leads out of the scene.
-const float OUT_OF_SCENE = 3.4e38;
+const float OUT_OF_SCENE = 1e30;
 
 // Where rays from a point on a polygon start; `face` is the unit normal of the side that is seen.
 vec3 leave(vec3 p, vec3 face) {
@@ -61,20 +61,23 @@ bool is_opaque(uint cells, float u, float v) {
     return (opacity[cells + 1 + bit / 32] >> bit % 32 & 1) != 0;
 }
 
-// Möller and Trumbore (1997), both sides.
+// Möller and Trumbore (1997), both sides; coordinates and distance are times the determinant.
 bool hits(Triangle triangle, vec3 from, vec3 direction, float distance) {
     vec3 p = cross(direction, triangle.edge2);
     float determinant = dot(triangle.edge1, p);
     if (determinant == 0.0) {
         return false;
     }
-    float inverse = 1.0 / determinant;
-    vec3 s = from - triangle.corner;
-    float u = dot(s, p * inverse);
-    float v = dot(s, cross(triangle.edge1, direction) * inverse);
-    float t = dot(s, cross(triangle.edge1, triangle.edge2) * inverse);
-    bool inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t < distance;
-    return inside && (triangle.opacity == OPAQUE || is_opaque(triangle.opacity, u, v));
+    vec3 s = (determinant < 0.0 ? -1.0 : 1.0) * (from - triangle.corner);
+    determinant = abs(determinant);
+    float u = dot(s, p);
+    float v = dot(s, cross(triangle.edge1, direction));
+    float t = dot(s, cross(triangle.edge1, triangle.edge2));
+    bool inside =
+        u >= 0.0 && v >= 0.0 && u + v <= determinant && t > 0.0 && t < distance * determinant;
+    return inside
+        && (triangle.opacity == OPAQUE
+            || is_opaque(triangle.opacity, u / determinant, v / determinant));
 }
 
 // The reciprocal, finite, so that no product of it is not a number.

@@ -94,14 +94,12 @@ pub fn records(maps: &Maps, shading: &Shading) -> Texels<3> {
 pub fn colors(maps: &Maps, shading: &Shading) -> Vec<Vec<[f32; 4]>> {
     let mut records = vec![Vec::new(); if maps.shadows.is_some() { 4 } else { 3 }];
     for at in 0..maps.types.len() {
-        let open = maps.shadows.as_ref().map(|shadows| {
+        if let Some(shadows) = &maps.shadows {
             let open = shadows.number(at).map_or(0.0, |number| shadows.openness()[number]);
             let [x, y, z] = maps.surface.face[at];
             records[3].push([x, y, z, open]);
-            open
-        });
-        let ambient = shading.ambient * open.unwrap_or(1.0);
-        let looks = maps.surface.reflectance(&Shading { ambient, ..*shading }, at);
+        }
+        let looks = maps.reflectance(shading, at);
         let Coefficients { diffuse, specular, lobe } = looks.coefficients(shading.brdf);
         let target = maps.target.get(at).copied().unwrap_or(NO_TARGET);
         records[0].push(diffuse.extend(lobe).to_array());
