@@ -23,7 +23,7 @@ float openness(ivec2 pixel, vec3 n) {
             if (x % 32 == 0) {
                 word = texelFetch(shadow_table, ivec3(pixel, y * SHADOW_WORDS + x / 32), 0).r;
             }
-            float weight = max(dot(n, shadow_direction(uvec2(x, y))), 0.0) * solid_angle(uvec2(x, y));
+            float weight = max(dot(n, weighted_direction(uvec2(x, y))), 0.0);
             all += weight;
             open += (word >> x % 32 & 1) != 0 ? weight : 0.0;
         }

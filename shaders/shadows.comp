@@ -22,7 +22,7 @@ void main() {
     vec3 from = leave(texelFetch(position_roughness_map, pixel, 0).xyz, face);
     uint word = 0;
     for (uint x = 0; x < SHADOW_SIDE; ++x) {
-        vec3 direction = shadow_direction(uvec2(x, y));
+        vec3 direction = normalize(shadow_octahedron(uvec2(x, y)));
         bool seen = dot(face, direction) <= 0.0 || !is_blocked(from, direction, OUT_OF_SCENE);
         word |= seen ? 1u << x % 32 : 0u;
         if (x % 32 == 31 || x + 1 == SHADOW_SIDE) {

@@ -21,20 +21,19 @@ layout(set = OCCLUDERS_SET, binding = SHADOW_TABLE_BINDING) uniform utexture2DAr
 
 const uint SHADOW_WORDS = (SHADOW_SIDE + 31) / 32; // of a row of the map
 
-// The direction of a vertex of the map.
-vec3 shadow_direction(uvec2 at) {
-    return octahedral_decode(2.0 * vec2(at) / float(SHADOW_SIDE - 1) - 1.0);
+// The direction of a vertex of the map, of any length.
+vec3 shadow_octahedron(uvec2 at) {
+    return octahedron(2.0 * vec2(at) / float(SHADOW_SIDE - 1) - 1.0);
 }
 
-// Share of the sphere that it stands for, times a constant: vertices on the map's border come twice, its
-// corners four times.
-float solid_angle(uvec2 at) {
-    vec3 d = abs(shadow_direction(at));
-    float length = d.x + d.y + d.z;
-    // The area of an octahedron's face as the sphere's centre sees it.
-    float area = length * length * length;
+// The unit direction of a vertex times the share of the sphere that it stands for, times a constant: vertices
+// on the map's border come twice, its corners four times.
+vec3 weighted_direction(uvec2 at) {
+    vec3 p = shadow_octahedron(at);
+    // The centre sees the octahedron's face there under an angle in proportion to 1 / |p|³.
+    float squared = dot(p, p);
     bvec2 border = bvec2(at.x == 0 || at.x == SHADOW_SIDE - 1, at.y == 0 || at.y == SHADOW_SIDE - 1);
-    return area * (border.x ? 0.5 : 1.0) * (border.y ? 0.5 : 1.0);
+    return p * ((border.x ? 0.5 : 1.0) * (border.y ? 0.5 : 1.0) / (squared * squared));
 }
 
 // A vertex of a pixel's map and the one to the right.
