@@ -27,6 +27,7 @@ pub mod lighting;
 pub mod math;
 pub mod objective;
 pub mod optimize;
+pub mod render;
 pub mod scene;
 pub mod study;
 

@@ -7,10 +7,6 @@ use base64::engine::general_purpose::STANDARD;
 use image::{ImageError, Rgb, RgbImage};
 use std::io::Cursor;
 
-/// What stands behind the objects in pictures of the lit scene: dark enough for bright outlines,
-/// bright enough for dark ones.
-pub const BACKGROUND: [u8; 3] = [58, 60, 66];
-
 const BLACK: [u8; 3] = [0; 3];
 
 /// The bytes of a PNG file.

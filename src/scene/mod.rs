@@ -10,6 +10,7 @@ pub mod lights;
 pub mod lit;
 pub mod load;
 mod mips;
+pub mod occluders;
 mod tangents;
 pub mod view;
 
