@@ -57,6 +57,16 @@ constants! {
     /// Brightness of a picture where no object is.
     NO_OBJECT: f32 = -1.0;
 
+    /// How far above its polygon a ray to a light starts, scene radii.
+    SHADOW_OFFSET: f32 = 5e-4;
+    /// Mark of a triangle that blocks light everywhere.
+    OPAQUE: u32 = u32::MAX;
+
+    /// Object pixels that stand side by side in the shadow table.
+    SHADOW_BLOCK: u32 = 16;
+    /// Number of a pixel that shows no object.
+    NO_PIXEL: u32 = u32::MAX;
+
     /// Most lights of a rig.
     MAX_LIGHTS: u32 = 16;
 

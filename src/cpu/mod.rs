@@ -14,6 +14,7 @@ pub mod pictures;
 pub mod pixel_types;
 pub mod pixels;
 pub mod population;
+pub mod shadows;
 pub mod shape;
 pub mod surface;
 pub mod visibility;
@@ -25,7 +26,6 @@ mod evaluator;
 mod fast_math;
 mod kernels;
 mod neighbourhood;
-mod texture;
 
 pub use evaluator::{CpuEvaluator, device};
 
@@ -49,6 +49,7 @@ pub fn maps(mut surface: Surface, objective: &Objective) -> Maps {
     let (normal_gradient, normal_detail) = normal_detail::normal_detail(&surface, &types);
     let shape = shape::shape(&surface, &types, &normal_gradient);
     let target = Vec::new();
+    let shadows = None;
     Maps {
         surface,
         sobel,
@@ -60,6 +61,7 @@ pub fn maps(mut surface: Surface, objective: &Objective) -> Maps {
         normal_detail,
         shape,
         target,
+        shadows,
     }
 }
 

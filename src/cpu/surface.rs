@@ -84,7 +84,9 @@ impl Reader<'_> {
         surface.code.push(if object { code } else { 0 });
         surface.depth.push(if object { self.view.eye.z - p.z } else { 0.0 });
         surface.position.push(keep(p.to_array()));
+        let face = if object { self.face(at, p) } else { Vec3::ZERO };
         surface.normal.push(normal.to_array());
+        surface.face.push(face.to_array());
         surface.base_color.push(keep(base));
         let roughness = channel(self.format.roughness_channel, roughness).clamp(0.0, 1.0);
         let metallic = channel(self.format.metallic_channel, metallic).clamp(0.0, 1.0);
@@ -124,13 +126,18 @@ impl Reader<'_> {
                         NormalCode::OctahedralUnsigned => octahedral([signed(x), signed(y)]),
                     }
             }
-            None => {
-                let n = self.tangent(at, p, [1, 0]).cross(self.tangent(at, p, [0, 1]));
-                if n.dot(v) < 0.0 { -n } else { n }
-            }
+            None => return self.face(at, p),
         };
         let n = if n.length_squared() > 0.0 { n / n.length() } else { v };
         n - 2.0 * n.dot(v).min(0.0) * v
+    }
+
+    /// Unit normal of what lies between the pixel and its neighbours, turned to the viewer.
+    fn face(&self, at: usize, p: Vec3) -> Vec3 {
+        let v = self.view.towards_viewer(p);
+        let n = self.tangent(at, p, [1, 0]).cross(self.tangent(at, p, [0, 1]));
+        let n = if n.dot(v) < 0.0 { -n } else { n };
+        if n.length_squared() > 0.0 { n / n.length() } else { v }
     }
 
     /// The step along an axis to the neighbour whose depth is nearer, or none.

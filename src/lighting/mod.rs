@@ -65,6 +65,12 @@ impl LightRecord {
         key: 0.0,
     };
 
+    /// Whether it stands within the scene's ball, so that geometry may lie behind it too.
+    pub fn is_near(&self) -> bool {
+        let [x, y, z] = self.position;
+        self.radius2 > 0.0 && x * x + y * y + z * z < 1.0
+    }
+
     /// Whether it is white and has no cone, so that luminances alone tell the picture's brightness.
     pub fn is_plain(&self) -> bool {
         self.color == [1.0; 3] && self.cone_scale == 0.0

@@ -1,6 +1,7 @@
 //! What is known of a view before any light is chosen: plain data, one entry a pixel, rows from the
 //! top. `n = width · height` below.
 
+use super::shadows::Shadows;
 use crate::constants::{BACKGROUND, EDGE, NORMAL_RIDGE, SURFACE};
 use crate::lighting::shading::{Reflectance, Shading};
 use crate::{Error, Result};
@@ -20,6 +21,8 @@ pub struct Surface {
     pub position: Vec<[f32; 3]>,
     /// Unit shading normal in the light frame, turned to the viewer, `n`.
     pub normal: Vec<[f32; 3]>,
+    /// Unit normal of the polygon in the light frame, turned to the viewer, `n`.
+    pub face: Vec<[f32; 3]>,
     /// Linear base colour, `n`.
     pub base_color: Vec<[f32; 3]>,
     /// Metallic factor, `n`.
@@ -132,6 +135,8 @@ pub struct Maps {
     pub shape: Shape,
     /// A target picture's encoded luminance, `n`, negative where it tells nothing; empty without a target.
     pub target: Vec<f32>,
+    /// The shadow table; without it lights cast no shadows.
+    pub shadows: Option<Shadows>,
 }
 
 impl Maps {
@@ -216,14 +221,16 @@ impl Maps {
     }
 
     /// Every map with an entry a pixel, and how many it has.
-    fn lengths(&self) -> [(&'static str, usize); 12] {
-        let Surface { code, depth, position, normal, base_color, metallic, roughness, .. } =
-            &self.surface;
+    fn lengths(&self) -> [(&'static str, usize); 13] {
+        let Surface {
+            code, depth, position, normal, face, base_color, metallic, roughness, ..
+        } = &self.surface;
         [
             ("code", code.len()),
             ("depth", depth.len()),
             ("position", position.len()),
             ("normal", normal.len()),
+            ("face", face.len()),
             ("base_color", base_color.len()),
             ("metallic", metallic.len()),
             ("roughness", roughness.len()),
@@ -249,6 +256,7 @@ mod tests {
             depth: scalar.clone(),
             position: vector.clone(),
             normal: vector.clone(),
+            face: vector.clone(),
             base_color: vector.clone(),
             metallic: scalar.clone(),
             roughness: scalar.clone(),
@@ -270,6 +278,7 @@ mod tests {
             counts: PixelCounts { surface: 3, edge: 1 },
             visible: vec![7, 9],
             normal_detail: 0.1,
+            shadows: None,
         }
     }
 

@@ -6,6 +6,7 @@
 //! reconstruction, `docs/METHOD.md`.
 
 pub mod maps;
+pub mod shadows;
 mod statistics;
 mod term;
 pub mod terms;

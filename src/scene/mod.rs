@@ -12,6 +12,7 @@ pub mod load;
 mod mips;
 pub mod occluders;
 mod tangents;
+pub(crate) mod texture;
 pub mod view;
 
 use crate::lighting::{Cone, LightKind};

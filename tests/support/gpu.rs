@@ -64,6 +64,7 @@ pub fn maps(width: u32, height: u32, height_at: impl Fn(f32, f32) -> Option<f32>
         surface.depth.push(4.0 - z);
         surface.position.push(keep([x, y, z]));
         surface.normal.push(keep(normal.to_array()));
+        surface.face.push(keep(normal.to_array()));
         surface.base_color.push(keep([0.3 + 0.6 * patch, 0.7, 0.9 - 0.7 * patch]));
         surface.metallic.push(keep([(patch * 3.0).fract(); 3])[0]);
         surface.roughness.push(keep([0.1 + 0.9 * (1.0 - patch); 3])[0]);

@@ -48,6 +48,7 @@ pub fn surface(width: u32, height: u32, object: impl Fn(u32, u32) -> bool) -> Su
         s.depth.push(4.0 - position.z);
         s.position.push(keep(position));
         s.normal.push(keep(waves.normalize()));
+        s.face.push(keep(waves.normalize()));
         s.base_color.push(keep(Vec3::new(0.9, 0.5 + u, 0.5 + 0.5 * v)));
         s.metallic.push(keep1(if v > 0.3 { 1.0 } else { 0.0 }));
         s.roughness.push(keep1(random.random_range(0.02..1.0)));

@@ -150,6 +150,7 @@ impl Painter<'_> {
             depth: vec![0.0; n],
             position: vec![[0.0; 3]; n],
             normal: vec![[0.0; 3]; n],
+            face: vec![[0.0; 3]; n],
             base_color: vec![[0.0; 3]; n],
             metallic: vec![0.0; n],
             roughness: vec![0.0; n],
@@ -160,13 +161,14 @@ impl Painter<'_> {
             depth,
             position,
             normal,
+            face,
             base_color,
             metallic,
             roughness,
             emissive,
             ..
         } = &mut surface;
-        let attributes = (depth, position, normal, base_color, metallic, roughness, emissive);
+        let attributes = (depth, position, normal, face, base_color, metallic, roughness, emissive);
         (&*code, attributes.into_par_iter())
             .into_par_iter()
             .enumerate()
@@ -175,11 +177,12 @@ impl Painter<'_> {
                 let at = [at as u32 % self.view.width, at as u32 / self.view.width];
                 let object = self.object(code);
                 let seen = Pixel::new(self.scene, self.view, object, code, at).fragment();
-                let (depth, position, normal, base_color, metallic, roughness, emissive) =
+                let (depth, position, normal, face, base_color, metallic, roughness, emissive) =
                     attributes;
                 *depth = seen.depth;
                 *position = seen.position.to_array();
                 *normal = seen.normal.to_array();
+                *face = seen.face.to_array();
                 *base_color = seen.base_color.to_array();
                 (*metallic, *roughness) = (seen.metallic, seen.roughness);
                 *emissive = seen.emissive.to_array();

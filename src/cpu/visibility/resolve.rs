@@ -2,9 +2,8 @@
 //! homogeneous coordinates (Olano and Greer 1997), without regard to clipping.
 
 use super::object::Object;
-use crate::cpu::texture;
 use crate::scene::view::View;
-use crate::scene::{Scene, TextureRef, Vertex};
+use crate::scene::{Scene, TextureRef, Vertex, texture};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4, Vec4Swizzles};
 
 /// The visible surface in one pixel; fields as in [`crate::objective::maps::Surface`].
@@ -12,6 +11,7 @@ pub struct Fragment {
     pub depth: f32,
     pub position: Vec3,
     pub normal: Vec3,
+    pub face: Vec3,
     pub base_color: Vec3,
     pub metallic: f32,
     pub roughness: f32,
@@ -63,11 +63,14 @@ impl<'a> Pixel<'a> {
         let [a, b, c] = self.corners;
         let w = self.weights;
         let position = a * w.x + b * w.y + c * w.z;
+        let towards_viewer = self.view.towards_viewer(position);
+        let face = (b - a).cross(c - a).normalize_or(towards_viewer);
         let metallic_roughness = self.lookup(&material.metallic_roughness_texture);
         Fragment {
             depth: self.view.eye.z - position.z,
             position,
-            normal: self.normal(self.view.towards_viewer(position)),
+            normal: self.normal(towards_viewer),
+            face: if face.dot(towards_viewer) < 0.0 { -face } else { face },
             base_color: self.base_color().xyz(),
             metallic: material.metallic * metallic_roughness.z,
             roughness: material.roughness * metallic_roughness.y,

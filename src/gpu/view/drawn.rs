@@ -126,7 +126,7 @@ impl Drawn {
         let normal_detail = statistics.normal_detail;
         let (normal_gradient, _) = cpu::normal_detail::normal_detail(&surface, &types);
         let shape = cpu::shape::shape(&surface, &types, &normal_gradient);
-        let target = Vec::new();
+        let (target, shadows) = (Vec::new(), None);
         Ok(Maps {
             surface,
             sobel,
@@ -138,6 +138,7 @@ impl Drawn {
             normal_detail,
             shape,
             target,
+            shadows,
         })
     }
 }
@@ -199,6 +200,7 @@ impl Reader {
             code: self.image(&g_buffer.code)?,
             depth: self.image(&g_buffer.depth)?,
             position,
+            face: normal.clone(),
             normal,
             base_color: self.split(&g_buffer.base_color)?.0,
             metallic,
