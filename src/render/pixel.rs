@@ -76,7 +76,7 @@ impl Painter<'_> {
         let to_viewer = self.stage.view.towards_viewer(position);
         Sample {
             place: Place { position, normal, to_viewer },
-            face: normal,
+            face: surface.face[at].into(),
             looks: surface.reflectance(self.stage.shading, at),
             emissive: surface.emissive[at].into(),
             index,
