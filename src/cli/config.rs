@@ -9,7 +9,9 @@ use crate::lighting::LightKind;
 use crate::lighting::genome::{Boxes, Genome};
 use crate::lighting::shading::Shading;
 use crate::objective::Objective;
+use crate::objective::shadows::ShadowSettings;
 use crate::optimize::{self, GeneticSettings, GreedySettings, StartSettings};
+use crate::render;
 use crate::scene::load::FileAccess;
 use crate::{Error, Result};
 use clap::ValueEnum;
@@ -38,6 +40,10 @@ pub struct Settings {
     pub objective: Objective,
     /// The shading model.
     pub shading: Shading,
+    /// Shadows.
+    pub shadows: ShadowSettings,
+    /// Final pictures.
+    pub picture: render::Settings,
     /// The first population.
     pub start: StartSettings,
     /// Where the search begins.
@@ -206,6 +212,8 @@ impl Settings {
         self.objective.check()?;
         self.objective.check_without_target()?;
         self.shading.check()?;
+        self.shadows.check()?;
+        self.picture.check()?;
         self.optimizers().check()
     }
 

@@ -82,6 +82,8 @@ pub struct Stage<'a> {
 pub struct Picture {
     /// sRGB; alpha is straight, and below 255 only where the background is transparent.
     pub image: RgbaImage,
+    /// Share of the picture that shows an object.
+    pub object: f32,
     /// Share of the object whose radiance, before tone mapping, has a burnt-out channel
     /// ([`crate::objective::BURNT`]).
     pub burnt: f32,
@@ -108,6 +110,9 @@ pub fn draw(stage: &Stage, rig: &[LightRecord], settings: &Settings) -> Result<P
     for tile in Tile::all([width, height], settings.side()) {
         counts += tile.draw(stage, rig, settings, &mut image);
     }
-    let share = |count: u64| (count as f64 / counts.object.max(1) as f64) as f32;
-    Ok(Picture { image, burnt: share(counts.burnt), unlit: share(counts.unlit) })
+    let samples = u64::from(width) * u64::from(height) * u64::from(settings.samples);
+    let share = |count: u64, of: u64| (count as f64 / of.max(1) as f64) as f32;
+    let of_object = |count| share(count, counts.object);
+    let object = share(counts.object, samples);
+    Ok(Picture { image, object, burnt: of_object(counts.burnt), unlit: of_object(counts.unlit) })
 }

@@ -4,7 +4,7 @@ use crate::lighting::clusters::Clustering;
 use crate::objective::maps::{Maps, PixelType};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use image::{ImageError, Rgb, RgbImage};
+use image::{DynamicImage, ImageError, Rgb, RgbImage, RgbaImage};
 use std::io::Cursor;
 
 const BLACK: [u8; 3] = [0; 3];
@@ -19,12 +19,30 @@ pub fn png(picture: &RgbImage) -> Result<Vec<u8>, ImageError> {
     Ok(bytes)
 }
 
-/// The picture as the URI of a PNG, which needs no escaping in HTML and SVG.
+/// The bytes of a PNG file of a final picture, with alpha where it is transparent anywhere.
+///
+/// # Errors
+/// When the picture is too large for PNG.
+pub fn final_png(picture: &RgbaImage) -> Result<Vec<u8>, ImageError> {
+    if picture.pixels().all(|pixel| pixel.0[3] == u8::MAX) {
+        return png(&DynamicImage::ImageRgba8(picture.clone()).into_rgb8());
+    }
+    let mut bytes = Vec::new();
+    picture.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png)?;
+    Ok(bytes)
+}
+
+/// The URI of a PNG, which needs no escaping in HTML and SVG.
+pub fn uri(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
+}
+
+/// The picture as the URI of a PNG.
 ///
 /// # Errors
 /// When the picture is too large for PNG.
 pub fn data_uri(picture: &RgbImage) -> Result<String, ImageError> {
-    Ok(format!("data:image/png;base64,{}", STANDARD.encode(png(picture)?)))
+    Ok(uri(&png(picture)?))
 }
 
 /// Colour code: every polygon in a colour of its own, the background black.
