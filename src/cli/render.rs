@@ -80,7 +80,7 @@ fn lights(options: &Options, scene: &Scene, view: &View) -> Result<Rig> {
 
 /// A picture's file, which appears whole or not at all.
 pub(super) struct File {
-    staging: Staging,
+    folder: PathBuf,
     name: OsString,
 }
 
@@ -88,8 +88,7 @@ impl File {
     /// The file at `path`; the scene must not be what it replaces.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a path that names no file or the scene, [`Error::Output`] where none can be
-    /// written.
+    /// [`Error::Argument`] for a path that names no file, or the scene.
     pub fn new(scene: &Path, path: &Path) -> Result<Self> {
         designer::spare(scene, path)?;
         let fault = || Error::Argument(format!("{} names no file", path.display()));
@@ -98,15 +97,16 @@ impl File {
             return Err(fault());
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Ok(Self { staging: Staging::new(folder.unwrap_or(Path::new(".")))?, name: name.into() })
+        Ok(Self { folder: folder.unwrap_or(Path::new(".")).into(), name: name.into() })
     }
 
-    /// Writes it, and gives its path.
+    /// Writes it, and gives its path; its folder is created where absent.
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn write(mut self, contents: &[u8]) -> Result<Vec<PathBuf>> {
-        self.staging.write(&self.name, contents)?;
-        self.staging.publish()
+    pub fn write(&self, contents: &[u8]) -> Result<Vec<PathBuf>> {
+        let mut staging = Staging::new(&self.folder)?;
+        staging.write(&self.name, contents)?;
+        staging.publish()
     }
 }

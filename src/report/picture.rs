@@ -4,7 +4,7 @@ use crate::lighting::clusters::Clustering;
 use crate::objective::maps::{Maps, PixelType};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use image::{DynamicImage, ImageError, Rgb, RgbImage, RgbaImage};
+use image::{ImageError, Rgb, RgbImage, RgbaImage};
 use std::io::Cursor;
 
 const BLACK: [u8; 3] = [0; 3];
@@ -25,7 +25,11 @@ pub fn png(picture: &RgbImage) -> Result<Vec<u8>, ImageError> {
 /// When the picture is too large for PNG.
 pub fn final_png(picture: &RgbaImage) -> Result<Vec<u8>, ImageError> {
     if picture.pixels().all(|pixel| pixel.0[3] == u8::MAX) {
-        return png(&DynamicImage::ImageRgba8(picture.clone()).into_rgb8());
+        let (width, height) = picture.dimensions();
+        return png(&RgbImage::from_fn(width, height, |x, y| {
+            let [r, g, b, _] = picture.get_pixel(x, y).0;
+            Rgb([r, g, b])
+        }));
     }
     let mut bytes = Vec::new();
     picture.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png)?;

@@ -173,11 +173,26 @@ impl Occluders {
 
     /// Whether a ray meets a triangle where it blocks.
     fn hits(&self, triangle: &Triangle, from: Vec3, direction: Vec3, distance: f32) -> bool {
-        let Some(plane) = Plane::new(triangle, direction) else { return false };
-        let s = from - plane.corner;
-        let (u, v, t) = (s.dot(plane.u), s.dot(plane.v), s.dot(plane.t));
-        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t < distance;
-        inside && (triangle.opacity == OPAQUE || self.is_opaque(triangle.opacity, u, v))
+        // The steps of `Plane::new`, with the bits of its numbers; most rays miss at the first coordinate.
+        let (e1, e2) = (Vec3::from(triangle.edge1), Vec3::from(triangle.edge2));
+        let p = direction.cross(e2);
+        let det = e1.dot(p);
+        if det == 0.0 {
+            return false;
+        }
+        let inverse = 1.0 / det;
+        let s = from - Vec3::from(triangle.corner);
+        let u = s.dot(p * inverse);
+        if !(0.0..=1.0).contains(&u) {
+            return false;
+        }
+        let v = s.dot(e1.cross(direction) * inverse);
+        if !(v >= 0.0 && u + v <= 1.0) {
+            return false;
+        }
+        let t = s.dot(e1.cross(e2) * inverse);
+        let hit = t > 0.0 && t < distance;
+        hit && (triangle.opacity == OPAQUE || self.is_opaque(triangle.opacity, u, v))
     }
 
     /// Whether the cell at the barycentric coordinates `u` and `v` of an alpha mask blocks.
