@@ -11,7 +11,9 @@ use crate::lighting::LightKind;
 use crate::lighting::genome::{Boxes, Genome};
 use crate::lighting::shading::Shading;
 use crate::objective::Objective;
+use crate::objective::shadows::ShadowSettings;
 use crate::optimize::{self, GeneticSettings, GreedySettings, StartSettings};
+use crate::render;
 use crate::scene::load::FileAccess;
 use crate::{Error, Result};
 use clap::ValueEnum;
@@ -43,6 +45,10 @@ pub struct Settings {
     pub objective: Objective,
     /// The shading model.
     pub shading: Shading,
+    /// Shadows.
+    pub shadows: ShadowSettings,
+    /// Final pictures.
+    pub picture: render::Settings,
     /// The first population.
     pub start: StartSettings,
     /// Where the search begins.
@@ -204,6 +210,8 @@ impl Settings {
             },
             objective: (profile.objective)(),
             shading: (profile.shading)(),
+            shadows: ShadowSettings { on: profile.shadows, ..ShadowSettings::default() },
+            picture: render::Settings::default(),
             start: StartSettings::default(),
             first: First::default(),
             optimizer: OptimizerName::default(),
@@ -267,6 +275,8 @@ impl Settings {
         self.objective.check()?;
         self.objective.check_without_target()?;
         self.shading.check()?;
+        self.shadows.check()?;
+        self.picture.check()?;
         self.optimizers().check()
     }
 
