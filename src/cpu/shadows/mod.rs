@@ -242,11 +242,21 @@ mod tests {
         for d in [[0.0, 1.0, 0.0], [1.0, 0.3, 0.2], [-1.0, 0.3, 0.5]] {
             assert_eq!(sees([-1.0, 2.0, 0.0], d), 1.0, "{d:?}");
         }
-        // Floor beside the wall, at the very contact, with the light behind the wall.
-        assert_eq!(sees([-0.03, 0.0, 0.7], [1.0, 0.4, 0.0]), 0.0);
-        assert_eq!(sees([-0.03, 0.0, 0.7], [-1.0, 1.0, 1.0]), 1.0);
+        // Floor beside the wall, up to the very contact, with the light behind the wall.
+        let (behind, before) = (turned([1.0, 0.4, 0.0]), turned([-0.3, 1.0, 0.6]));
+        let object = (0..surface.code.len()).filter(|&at| surface.code[at] != 0);
+        let beside: Vec<usize> = object
+            .filter(|&at| {
+                let p = view.frame.point_to_world(Vec3::from(surface.position[at]).as_dvec3());
+                p.y.abs() < 1e-4 && (-0.5..-0.02).contains(&p.x) && (0.5..0.9).contains(&p.z)
+            })
+            .map(|at| shadows.number(at).unwrap())
+            .collect();
+        assert!(beside.len() > 20);
+        assert!(beside.iter().all(|&number| shadows.towards(number, behind) == 0.0));
+        assert!(beside.iter().all(|&number| shadows.towards(number, before) == 1.0));
         // Floor in front of a cube's foot, the light behind the cube.
-        assert_eq!(sees([-1.0, 0.0, 0.52], [0.0, 0.5, -1.0]), 0.0);
+        assert_eq!(sees([-1.0, 0.0, 0.75], [0.0, 0.5, -1.0]), 0.0);
         // Dark specks: in the open, every neighbour is as light as the next.
         let up = turned([0.3, 1.0, 0.4]);
         let lit = |at: usize| shadows.towards(shadows.number(at).unwrap(), up);
