@@ -359,8 +359,8 @@ mod tests {
         natural.check().unwrap();
         // Without its first line the block still says everything, over the paper's.
         let rest = text.replace("profile = \"natural\"\n", "");
-        let Settings { profile, .. } = Settings::of(&PAPER);
-        assert_eq!(parse(&rest), Settings { profile, ..natural });
+        let over = Settings::parse(&rest, None, &PAPER).unwrap();
+        assert_eq!(over, Settings { profile: ProfileName(&PAPER), ..natural });
     }
 
     #[test]
