@@ -64,7 +64,12 @@ fn a_design_writes_all_files_and_beats_the_headlight() {
 #[test]
 fn the_schema_of_the_result() {
     let place = Folder::new();
-    let output = place.design("out", &["--json"]).assert().success().get_output().clone();
+    let output = place
+        .design("out", &["--profile", "paper", "--json"])
+        .assert()
+        .success()
+        .get_output()
+        .clone();
     let result = place.read_json("out/result.json");
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(printed, result);
@@ -204,7 +209,10 @@ fn the_sheet_is_self_contained() {
 #[test]
 fn the_sheet_explains_every_term_of_the_objective() {
     let place = Folder::new();
-    place.design("out", &["--weights", "range=0.35,grad=0"]).assert().success();
+    place
+        .design("out", &["--profile", "paper", "--weights", "range=0.35,grad=0"])
+        .assert()
+        .success();
     let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
     let result = place.read_json("out/result.json");
     let table = page.split("<table class=\"judged\">").nth(1).unwrap();
