@@ -81,7 +81,7 @@ check: setup
 	cargo clippy --no-default-features --features c --lib -- -D warnings
 
 $(JUDGE_ENV)/installed: tools/judge/requirements.txt
-	@$(JUDGE_PYTHON) -c 'import sys, venv; sys.exit(sys.version_info[:2] != (3, 11))' || \
+	@$(JUDGE_PYTHON) -c 'import sys, venv; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null || \
 		{ echo 'judge: $(JUDGE_PYTHON) is no Python 3.11 with venv, which Blender needs: install it, or set JUDGE_PYTHON' >&2; exit 1; }
 	$(JUDGE_PYTHON) -m venv --clear "$(JUDGE_ENV)"
 	"$(JUDGE_ENV)/bin/pip" install --quiet --disable-pip-version-check -r tools/judge/requirements.txt

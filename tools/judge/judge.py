@@ -19,6 +19,7 @@ from PIL import Image
 
 import measures
 import page
+from three import Three
 
 PRESETS = ["headlight", "light-kit", "three-point"]
 RIGS = ["design", *PRESETS]
@@ -141,7 +142,7 @@ def judge(options, name, scene):
     rigs = {rig: {"F": scores[rig]["score"], **measures.measure(pictures[rig], surface)} for rig in RIGS}
     linear = measures.decode(own)
     unshadowed = pictures["plain"] + AMBIENT * surface.albedo
-    return {
+    found = {
         "name": name,
         "file": str(scene),
         "seconds": {"klieg": designed - begin, "all": time.monotonic() - begin},
@@ -154,6 +155,12 @@ def judge(options, name, scene):
         "terms": {rig: scores[rig]["terms"] for rig in RIGS},
         "lights": scores["design"]["lights"],
     }
+    if options.three:
+        viewed = options.three.render(folder / "lit.glb", options.size)
+        ground = np.where(surface.mask[..., None], viewed, own[0, 0])
+        Image.fromarray((ground * 255 + 0.5).astype(np.uint8)).save(folder / "three.png")
+        found["difference"]["three"] = measures.difference(linear, measures.decode(viewed), surface.mask)
+    return found
 
 
 def summary(found):
@@ -174,8 +181,7 @@ def summary(found):
 
 def write(options, found, failed):
     """Writes the result anew."""
-    version = run([options.klieg, "--version"]).strip()
-    settings = {"klieg": version, "size": options.size, "samples": options.samples}
+    settings = {"klieg": options.version, "size": options.size, "samples": options.samples}
     result = {"settings": settings, **summary(found), "scenes": found, "failed": failed}
     (options.out / "judge.json").write_text(json.dumps(result, indent=1) + "\n")
     (options.out / "judge.html").write_text(page.page(result, RIGS))
@@ -199,14 +205,20 @@ def arguments():
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, help="Cycles' threads [all cores]")
     parser.add_argument("--klieg-args", type=str.split, default=[], help="further arguments of `klieg design` and `klieg score`")
     parser.add_argument("--design-args", type=str.split, default=[], help="further arguments of `klieg design` alone")
+    parser.add_argument("--three", action="store_true", help="compare klieg's picture with that of three.js too")
     return parser.parse_args()
 
 
 def main():
     options = arguments()
+    scenes = named(find_scenes(options.scenes))
+    try:
+        options.version = run([options.klieg, "--version"]).split()[-1]
+    except Failure as failure:
+        sys.exit(f"judge: {failure}")
+    options.three = Three() if options.three else None
     options.out = options.out.resolve()
     options.out.mkdir(parents=True, exist_ok=True)
-    scenes = named(find_scenes(options.scenes))
     found, failed = [], []
     for number, (name, scene) in enumerate(scenes.items(), 1):
         try:

@@ -22,6 +22,13 @@ MEASURES = {
     "spread": "standard deviation of the brightness",
 }
 
+# Other pictures of the design, which klieg's is compared with.
+VIEWS = {
+    "without_shadows": ("cycles-plain.png", "Cycles without bounces and shadows"),
+    "with_shadows": ("cycles-direct.png", "Cycles without bounces, with ambient light"),
+    "three": ("three.png", "three.js"),
+}
+
 
 def table(head, rows):
     """Rows of cells; cells are HTML."""
@@ -63,9 +70,11 @@ def scene(found, rigs):
         parts.append(figure(found["name"], f"cycles-{rig}.png", rig, values))
     own = {key: f"{found['own'][key]:.3f}" for key in MEASURES if key in found["own"]}
     parts.append(figure(found["name"], "best.png", "klieg's own picture", own))
-    without, shadowed = (f"{found['difference'][key]:.3f}" for key in ("without_shadows", "with_shadows"))
-    parts.append(figure(found["name"], "cycles-plain.png", "no bounces, no shadows", {"differs from klieg's by": without}))
-    parts.append(figure(found["name"], "cycles-direct.png", "no bounces, ambient light", {"differs from klieg's by": shadowed}))
+    parts += [
+        figure(found["name"], picture, title, {"differs from klieg's by": f"{found['difference'][key]:.3f}"})
+        for key, (picture, title) in VIEWS.items()
+        if key in found["difference"]
+    ]
     worse = "" if best == "design" else f' <span class="worse">{best} is more legible</span>'
     title = f'<h3 id="{escape(found["name"])}">{escape(found["name"])}{worse}</h3>'
     return title + '<div class="scene">' + "".join(parts) + "</div>"
