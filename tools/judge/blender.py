@@ -18,15 +18,28 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 
+def at_rest(file, out):
+    """Writes the GLB without animations: nodes stand as the file has them, as klieg draws them."""
+    data = file.read_bytes()
+    length = int.from_bytes(data[12:16], "little")
+    document, rest = json.loads(data[20 : 20 + length]), data[20 + length :]
+    document.pop("animations", None)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    sizes = [12 + 8 + len(text) + len(rest), len(text)]
+    whole, chunk = (size.to_bytes(4, "little") for size in sizes)
+    out.write_bytes(data[:8] + whole + chunk + b"JSON" + text + rest)
+
+
 def load(job):
     """Imports the scene; gives klieg's camera."""
+    still = Path(job["out"]) / "still.glb"
+    at_rest(Path(job["scene"]), still)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     options = {"export_import_convert_lighting_mode": "COMPAT", "disable_bone_shape": True}
-    bpy.ops.import_scene.gltf(filepath=job["scene"], **options)
+    bpy.ops.import_scene.gltf(filepath=str(still), **options)
+    still.unlink()
     scene = bpy.context.scene
-    # Meshes stay in their rest pose, as klieg draws them.
-    for thing in list(bpy.data.objects) + list(bpy.data.shape_keys):
-        thing.animation_data_clear()
     cameras = [thing for thing in scene.objects if thing.type == "CAMERA" and "camera" in extras(thing)]
     if not cameras:
         raise ValueError("the scene has no camera of klieg's")
