@@ -111,6 +111,23 @@ def render(folder, size):
     return found
 
 
+def emits(thing):
+    """Whether a mesh has a material that emits."""
+    materials = [slot.material for slot in thing.material_slots if slot.material and slot.material.use_nodes]
+    nodes = [node for material in materials for node in material.node_tree.nodes]
+    strengths = [node.inputs["Emission Strength"] for node in nodes if "Emission Strength" in node.inputs]
+    return any(strength.is_linked or strength.default_value > 0 for strength in strengths)
+
+
+def set_glow(lit):
+    """Whether surfaces that emit light others."""
+    for thing in bpy.context.scene.objects:
+        if thing.type == "MESH" and emits(thing):
+            thing.visible_diffuse = thing.visible_glossy = thing.visible_transmission = lit
+    for material in bpy.data.materials:
+        material.cycles.emission_sampling = "AUTO" if lit else "NONE"
+
+
 def lights():
     return [thing for thing in bpy.context.scene.objects if thing.type == "LIGHT"]
 
@@ -179,12 +196,14 @@ def main(job):
         save(name, array)
     bounces, cycles.max_bounces = cycles.max_bounces, 0
     set_ambient(job["ambient"])
+    set_glow(False)
     save("direct", render(out, size)["picture"])
     set_ambient(0.0)
     for thing in lights():
         thing.data.use_shadow = False
     save("plain", render(out, size)["picture"])
     cycles.max_bounces = bounces
+    set_glow(True)
     for name, rig in job["rigs"].items():
         set_rig(rig, camera)
         save(name, render(out, size)["picture"])

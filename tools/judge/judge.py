@@ -137,11 +137,11 @@ def judge(options, name, scene):
     scores = design(options, scene, folder)
     designed = time.monotonic()
     pictures, surface = render(options, scores, folder)
+    pictures["plain"] += AMBIENT * surface.albedo
     own = np.asarray(Image.open(folder / "best.png").convert("RGB")) / 255
     save(pictures, surface, own, folder)
     rigs = {rig: {"F": scores[rig]["score"], **measures.measure(pictures[rig], surface)} for rig in RIGS}
     linear = measures.decode(own)
-    unshadowed = pictures["plain"] + AMBIENT * surface.albedo
     found = {
         "name": name,
         "file": str(scene),
@@ -150,7 +150,7 @@ def judge(options, name, scene):
         "own": measures.measure(linear, surface),
         "difference": {
             "with_shadows": measures.difference(linear, pictures["direct"], surface.mask),
-            "without_shadows": measures.difference(linear, unshadowed, surface.mask),
+            "without_shadows": measures.difference(linear, pictures["plain"], surface.mask),
         },
         "terms": {rig: scores[rig]["terms"] for rig in RIGS},
         "lights": scores["design"]["lights"],
