@@ -40,6 +40,9 @@ def load(job):
     bpy.ops.import_scene.gltf(filepath=str(still), **options)
     still.unlink()
     scene = bpy.context.scene
+    for material in bpy.data.materials:
+        if material.use_nodes and material.use_backface_culling:
+            cull(material)
     cameras = [thing for thing in scene.objects if thing.type == "CAMERA" and "camera" in extras(thing)]
     if not cameras:
         raise ValueError("the scene has no camera of klieg's")
@@ -51,6 +54,23 @@ def extras(thing):
     """What klieg noted at a node."""
     block = thing.get("klieg")
     return block.to_dict() if hasattr(block, "to_dict") else {}
+
+
+def cull(material):
+    """Lets the camera see through the back faces of a single-sided material, as glTF's viewers do; they still
+    cast shadows."""
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    output = material.node_tree.get_output_node("CYCLES")
+    surface = output.inputs["Surface"].links[0].from_socket
+    side, ray = nodes.new("ShaderNodeNewGeometry"), nodes.new("ShaderNodeLightPath")
+    both, mixed = nodes.new("ShaderNodeMath"), nodes.new("ShaderNodeMixShader")
+    both.operation = "MULTIPLY"
+    links.new(side.outputs["Backfacing"], both.inputs[0])
+    links.new(ray.outputs["Is Camera Ray"], both.inputs[1])
+    links.new(both.outputs["Value"], mixed.inputs["Fac"])
+    links.new(surface, mixed.inputs[1])
+    links.new(nodes.new("ShaderNodeBsdfTransparent").outputs["BSDF"], mixed.inputs[2])
+    links.new(mixed.outputs["Shader"], output.inputs["Surface"])
 
 
 def prepare(job):
