@@ -208,7 +208,10 @@ def main(job):
     write_passes(out)
     set_sizes()
     cycles = bpy.context.scene.cycles
-    size, save = job["size"], lambda name, array: np.save(out / f"{name}.npy", array.astype(np.float32))
+    size = job["size"]
+
+    def save(name, array):
+        np.save(out / f"{name}.npy", array.astype(np.float32))
 
     passes = render(out, size)
     save("design", passes["picture"])

@@ -91,7 +91,10 @@ def design(options, scene, folder):
 def render(options, scores, folder):
     """Renders the scene under all rigs in Blender; gives the pictures by name, linear and not premultiplied, and
     the surface that they show."""
-    rig = lambda lights: [[light["elevation_deg"], light["azimuth_deg"], light["diffuse"]] for light in lights]
+
+    def rig(lights):
+        return [[light["elevation_deg"], light["azimuth_deg"], light["diffuse"]] for light in lights]
+
     job = {
         "scene": str(folder / "lit.glb"),
         "out": str(folder),
@@ -168,7 +171,10 @@ def summary(found):
     if not found:
         return {"medians": {}, "better": {"legibility": [], "F": []}}
     keys = found[0]["rigs"]["design"].keys()
-    median = lambda rig, key: statistics.median(scene["rigs"][rig][key] for scene in found)
+
+    def median(rig, key):
+        return statistics.median(scene["rigs"][rig][key] for scene in found)
+
     better = {"legibility": [], "F": []}
     for scene in found:
         for measure, sign in (("legibility", 1), ("F", -1)):

@@ -108,7 +108,10 @@ def measure(picture, surface):
     outline = edges(surface)
     gradient = length(sobel(brightness[..., None], mask))
     normal_gradient = length(sobel(surface.normal, mask))
-    share = lambda where: float(where[mask].mean())
+
+    def share(where):
+        return float(where[mask].mean())
+
     found = {
         "crushed": share(brightness < CRUSHED),
         "burnt": share((encode(picture) >= BURNT).any(axis=-1)),
