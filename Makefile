@@ -21,13 +21,24 @@ ABI = $(shell echo $(VERSION) | sed 's/^\(0\.[0-9]*\|[1-9][0-9]*\)\..*/\1/')
 # What the static library needs besides, by `rustc --print native-static-libs`.
 PRIVATE = -lgcc_s -lutil -lrt -lpthread -lm -ldl -lc
 
-.PHONY: help setup design spirv test check library install
+# What `make judge` judges (a scene, a folder of scenes or a list of them), where the results go, further
+# arguments of tools/judge/judge.py, and klieg's program, which is built where none is given.
+JUDGE_SCENES ?= scenes
+JUDGE_OUT ?= out/judge
+JUDGE_ARGS ?=
+JUDGE_KLIEG ?=
+# Blender's Python package is made for one version of Python alone.
+JUDGE_PYTHON ?= python3.11
+JUDGE_ENV = $(or $(CARGO_TARGET_DIR),target)/judge
+
+.PHONY: help setup design spirv test check library install judge
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
 	@echo 'make test   run every test, on lavapipe with the Vulkan validation layers'
 	@echo 'make check  look for badly formatted code and for lints'
 	@echo 'make spirv  compile the shaders for builds without a shader compiler: after each change of a shader'
+	@echo 'make judge [JUDGE_SCENES=FOLDER] [JUDGE_OUT=FOLDER]   judge designs in Blender, beside the usual rigs'
 	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the C library'
 	@echo 'make setup  only install what the others need, where it is missing'
 
@@ -68,3 +79,16 @@ check: setup
 	cargo clippy --all-targets -- -D warnings
 	cargo clippy --no-default-features --lib -- -D warnings
 	cargo clippy --no-default-features --features c --lib -- -D warnings
+
+$(JUDGE_ENV)/installed: tools/judge/requirements.txt
+	@$(JUDGE_PYTHON) -c 'import sys, venv; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null || \
+		{ echo 'judge: $(JUDGE_PYTHON) is no Python 3.11 with venv, which Blender needs: install it, or set JUDGE_PYTHON' >&2; exit 1; }
+	$(JUDGE_PYTHON) -m venv --clear "$(JUDGE_ENV)"
+	"$(JUDGE_ENV)/bin/pip" install --quiet --disable-pip-version-check -r tools/judge/requirements.txt
+	touch "$@"
+
+judge: $(if $(JUDGE_KLIEG),,setup) $(JUDGE_ENV)/installed
+	"$(JUDGE_ENV)/bin/python" -m unittest discover -q -s tools/judge
+	$(if $(JUDGE_KLIEG),,cargo build --release)
+	"$(JUDGE_ENV)/bin/python" tools/judge/judge.py "$(JUDGE_SCENES)" --out "$(JUDGE_OUT)" \
+		--klieg "$(or $(JUDGE_KLIEG),$(or $(CARGO_TARGET_DIR),target)/release/klieg)" $(JUDGE_ARGS)

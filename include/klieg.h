@@ -1207,9 +1207,10 @@ typedef int32_t klieg_channels;
 
 // Makes an evaluator of level 3, for pictures of `width` by `height` pixels. It needs a surface and a view
 // of it as level 2 does (`klieg_surface_create`, `klieg_evaluator_record_view`): before the first view
-// its picture is empty. `objective` may be `NULL`, for the defaults. Any thread.
+// its picture is empty. `objective` may be `NULL`, for the defaults without the terms that need the
+// irradiance, which pictures do not tell. Any thread.
 //
-// `KLIEG_ERROR_ARGUMENT` for a picture larger than the device can take.
+// `KLIEG_ERROR_ARGUMENT` for an objective with such terms, and for a picture larger than the device can take.
 klieg_status klieg_evaluator_of_pictures(const klieg_context *context,
                                          uint32_t width,
                                          uint32_t height,

@@ -5,7 +5,7 @@
 //! Lighting Design* (Ha and Olivier, 2006); `docs/METHOD.md` says where its numbers are ours.
 //!
 //! The rooms, each of which knows only those before it: [`error`], [`math`], [`lighting`], [`scene`],
-//! [`objective`], [`evaluate`], [`cpu`] and [`gpu`], [`optimize`] (which knows the first two alone),
+//! [`objective`], [`evaluate`], [`cpu`], [`render`] and [`gpu`], [`optimize`] (which knows the first two alone),
 //! [`design`], [`study`]; then reports, the command line and the C interface.
 
 /// Declares the constants of `src/constants.rs`; `build/glsl.rs` has a macro of this name that writes them in
@@ -27,6 +27,7 @@ pub mod lighting;
 pub mod math;
 pub mod objective;
 pub mod optimize;
+pub mod render;
 pub mod scene;
 pub mod study;
 

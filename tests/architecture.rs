@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// Rooms of the crate in their order; those of one row do not know each other. `gpu` measures with the
 /// references of `cpu`.
-const ROOMS: [&[&str]; 14] = [
+const ROOMS: [&[&str]; 15] = [
     &["error", "constants"],
     &["hash"],
     &["math"],
@@ -17,6 +17,7 @@ const ROOMS: [&[&str]; 14] = [
     &["objective"],
     &["evaluate"],
     &["cpu"],
+    &["render"],
     &["gpu"],
     &["optimize"],
     &["design"],

@@ -4,13 +4,12 @@
 
 use glam::{DMat4, DVec3, Vec3};
 use klieg::design::Designer;
-use klieg::design::profile::{NATURAL, PROFILES};
+use klieg::design::profile::{DEFAULT, NATURAL, PROFILES};
 use klieg::design::start::first_of_surface;
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
-use klieg::lighting::genome::{Boxes, Genome};
+use klieg::lighting::genome::Genome;
 use klieg::lighting::presets::Preset;
-use klieg::lighting::shading::Shading;
 use klieg::lighting::{Color, Cone, Light, LightKind, Population, Role};
 use klieg::objective::terms::TERMS;
 use klieg::objective::{Objective, Term};
@@ -202,7 +201,7 @@ fn expected(seed: u64) -> Vec<String> {
     let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, lens).unwrap();
     let view = View::new(&scene, camera, 96, 64).unwrap();
     let context = Context::new(&ContextOptions::default()).unwrap();
-    let (objective, shading) = (Objective::default(), Shading::default());
+    let (objective, shading) = ((DEFAULT.objective)(), (DEFAULT.shading)());
     let mut evaluator = GpuEvaluator::new(&context, &scene, &view, objective, shading).unwrap();
     let presets: Vec<_> = Preset::ALL
         .into_iter()
@@ -222,7 +221,7 @@ fn expected(seed: u64) -> Vec<String> {
     let (intensity, distance) = (light.intensity(frame), 2.0 * frame.radius);
     let numbers = [place.x, place.y, place.z, direction.x, intensity, distance];
     let mut lines: Vec<String> = TERMS.iter().map(|term| term_line(term)).collect();
-    let mut other = objective;
+    let mut other = Objective::default();
     for (name, weight) in [("edge", 0.0), ("mean", 0.5), ("range", 0.25)] {
         other.weights.set(Term::named(name).unwrap(), weight).unwrap();
     }
@@ -249,7 +248,7 @@ fn expected(seed: u64) -> Vec<String> {
     });
     lines.push(line("scores", &scores));
 
-    let genome = Genome::new(&[Role::Key, Role::Rim], LightKind::POINT, &Boxes::default()).unwrap();
+    let genome = Genome::new(&[Role::Key, Role::Rim], DEFAULT.kind, &(DEFAULT.boxes)()).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let first = first_of_surface(evaluator.maps().unwrap(), &genome, &mut rng);
     lines.extend(light_lines("first", &genome.decode(&first)));

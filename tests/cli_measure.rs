@@ -14,7 +14,7 @@ fn json_of(place: &Folder, arguments: &[&str]) -> Value {
 #[test]
 fn scores_of_given_lights_and_presets() {
     let place = Folder::new();
-    let score = ["score", "ball.gltf", "--size", "40x40"];
+    let score = ["score", "ball.gltf", "--size", "40x40", "--profile", "paper"];
     let given = |more: &[&str]| json_of(&place, &[&score[..], more].concat());
     let headlight = given(&["--preset", "headlight"]);
     let same = given(&["--light", "0,0,1,1,1", "--kind", "directional"]);
@@ -71,7 +71,7 @@ fn any_terms_are_weighed_and_shown() {
 #[test]
 fn the_terms_are_listed() {
     let place = Folder::new();
-    let listing = json_of(&place, &["terms"]);
+    let listing = json_of(&place, &["terms", "--profile", "paper"]);
     assert_eq!(listing["schema"], "klieg.terms/1");
     let terms = listing["terms"].as_array().unwrap();
     assert_eq!(terms.len(), TERMS.len());

@@ -1,7 +1,7 @@
 //! `--profile`: what settings start from.
 
 use common::Folder;
-use klieg::design::profile::{NATURAL, PROFILES};
+use klieg::design::profile::{DEFAULT, NATURAL, PROFILES};
 use klieg::objective::Terms;
 use klieg_support::common;
 use serde_json::{Value, json};
@@ -39,7 +39,7 @@ fn a_natural_design_has_its_objective_and_its_lights() {
     let report = std::fs::read_to_string(place.path("out/report.html")).unwrap();
     assert!(report.contains("profile natural, seed 0"));
     place.design("usual", &[]).assert().success();
-    assert_eq!(place.read_json("usual/result.json")["profile"], "paper");
+    assert_eq!(place.read_json("usual/result.json")["profile"], DEFAULT.name);
 }
 
 #[test]
@@ -47,13 +47,13 @@ fn a_preset_is_judged_as_the_profile_has_it() {
     let place = Folder::new();
     let score = ["score", "ball.gltf", "--size", "40x40", "--preset", "three-point"];
     let scored = |more: &[&str]| json_of(&place, &[&score[..], more].concat());
-    let (paper, natural) = (scored(&[]), scored(&["--profile", "natural"]));
+    let (paper, natural) = (scored(&["--profile", "paper"]), scored(&["--profile", "natural"]));
     assert_eq!((&paper["profile"], &natural["profile"]), (&json!("paper"), &json!("natural")));
     assert_eq!(natural["terms"].as_object().unwrap().len(), 9);
     // Its shading counts as well as its objective.
     let paper_shading = ["--profile", "natural", "--brdf", "blinn-phong"];
     assert_ne!(natural["terms"]["mean"], scored(&paper_shading)["terms"]["mean"]);
-    assert_eq!(paper, scored(&["--profile", "paper"]));
+    assert_eq!(scored(&[]), scored(&["--profile", DEFAULT.name]));
 
     // A file may name it too, and is asked before the default and after the command line.
     std::fs::write(place.path("k.toml"), "profile = \"natural\"\nseed = 3\n").unwrap();
@@ -71,14 +71,18 @@ fn every_command_with_settings_names_its_profile() {
     let small = ["--size", "24x20"];
     let search = ["--generations", "2", "--population", "4"];
     let study = ["--grid", "4x3"];
-    for arguments in [
-        &["analyze", "ball.gltf", "--out", "maps"][..],
-        &["study", "landscape", "ball.gltf", "--out", "land", study[0], study[1]],
-        &["bench", "ball.gltf", "--runs", "1", "--lights", "1", "--warm-up", "0"],
-        &["batch", "ball.gltf", "--out", "many", search[0], search[1], search[2], search[3]],
+    // The paper's experiments and the measurements stay with its method.
+    for (arguments, usual) in [
+        (&["analyze", "ball.gltf", "--out", "maps"][..], DEFAULT.name),
+        (&["study", "landscape", "ball.gltf", "--out", "land", study[0], study[1]], "paper"),
+        (&["bench", "ball.gltf", "--runs", "1", "--lights", "1", "--warm-up", "0"], "paper"),
+        (
+            &["batch", "ball.gltf", "--out", "many", search[0], search[1], search[2], search[3]],
+            DEFAULT.name,
+        ),
     ] {
-        let usual = json_of(&place, &[arguments, &small].concat());
-        assert_eq!(usual["profile"], "paper", "{arguments:?}");
+        let unnamed = json_of(&place, &[arguments, &small].concat());
+        assert_eq!(unnamed["profile"], usual, "{arguments:?}");
         let named = json_of(&place, &[arguments, &small, &natural].concat());
         assert_eq!(named["profile"], "natural", "{arguments:?}");
     }

@@ -32,7 +32,7 @@ fn the_sheet_of_a_design_is_sound_at_every_width_and_in_both_schemes() {
     let sheet = Sheet::new();
     let report = browser::check(&sheet.place.path("out/report.html"));
     assert_eq!(report.faults(), [""; 0]);
-    assert_eq!(report.pictures, 2);
+    assert_eq!(report.pictures, 4);
     let layouts: Vec<_> =
         report.layouts.iter().map(|layout| (layout.scheme.as_str(), layout.width)).collect();
     assert_eq!(layouts, [("light", 390), ("light", 1280), ("dark", 390), ("dark", 1280)]);
@@ -52,7 +52,7 @@ fn planted_faults_are_found() {
     let broken = "<svg><image href=\"data:image/png;base64,iVBORw0KGgo=\"/></svg>";
     let report = check("svg.html", broken);
     assert_eq!(report.broken, ["data:image/png;base64,iVBORw0KGgo="]);
-    assert_eq!((report.pictures, report.requests.len()), (3, 0));
+    assert_eq!((report.pictures, report.requests.len()), (5, 0));
 
     let scripts = "<script>console.error('planted')</script><script>throw Error('thrown')</script>";
     let report = check("script.html", scripts);

@@ -4,7 +4,7 @@ use super::context::klieg_context;
 use super::edge::{Fault, Opaque, Outcome, body, call, choice, destroy, make, room};
 use super::error::klieg_status;
 use super::evaluator::{EvaluatorBody, Level, klieg_evaluator, target};
-use super::settings::{as_objective, klieg_objective, klieg_quality, write_qualities};
+use super::settings::{as_objective_of_pictures, klieg_objective, klieg_quality, write_qualities};
 use super::surface::{as_image, klieg_image};
 use crate::gpu::{ImportedPictures, PictureEvaluator};
 use crate::scene::engine::{PictureChannels, PictureEncoding, PictureFormat};
@@ -34,9 +34,10 @@ pub const KLIEG_CHANNELS_RED: klieg_channels = 1;
 
 /// Makes an evaluator of level 3, for pictures of `width` by `height` pixels. It needs a surface and a view
 /// of it as level 2 does (`klieg_surface_create`, `klieg_evaluator_record_view`): before the first view
-/// its picture is empty. `objective` may be `NULL`, for the defaults. Any thread.
+/// its picture is empty. `objective` may be `NULL`, for the defaults without the terms that need the
+/// irradiance, which pictures do not tell. Any thread.
 ///
-/// `KLIEG_ERROR_ARGUMENT` for a picture larger than the device can take.
+/// `KLIEG_ERROR_ARGUMENT` for an objective with such terms, and for a picture larger than the device can take.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_evaluator_of_pictures(
     context: *const klieg_context,
@@ -49,7 +50,7 @@ pub unsafe extern "C" fn klieg_evaluator_of_pictures(
     unsafe {
         make(evaluator, || {
             let context = &body(context, "context")?.context;
-            let objective = as_objective(objective)?;
+            let objective = as_objective_of_pictures(objective)?;
             let made = PictureEvaluator::new(context, [width, height], objective)?;
             Ok(EvaluatorBody::new(Level::Pictures(Box::new(made))))
         })

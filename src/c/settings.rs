@@ -263,6 +263,21 @@ pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Outcome<
     Ok(objective)
 }
 
+/// As [`as_objective`]; of the defaults those terms that an engine's pictures tell.
+///
+/// # Safety
+/// The same.
+pub(super) unsafe fn as_objective_of_pictures(
+    objective: *const klieg_objective,
+) -> Outcome<Objective> {
+    // SAFETY: the caller's promise.
+    let mut given = unsafe { as_objective(objective) }?;
+    if objective.is_null() {
+        given.weights = given.weights.filter(|term| !term.needs.irradiance);
+    }
+    Ok(given)
+}
+
 /// # Safety
 /// The names are `NULL` or strings.
 unsafe fn weights(objective: &klieg_objective) -> Outcome<Terms> {

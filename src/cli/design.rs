@@ -3,6 +3,7 @@
 use super::config::Settings;
 use super::designer;
 use super::options::{SceneOptions, SearchOptions, TargetOptions};
+use super::picture::PictureOptions;
 use super::print;
 use super::progress::{self, Interrupt};
 use super::session::Session;
@@ -32,6 +33,8 @@ pub(super) struct Options {
     out: PathBuf,
     #[command(flatten)]
     search: SearchOptions,
+    #[command(flatten)]
+    picture: PictureOptions,
 }
 
 impl Options {
@@ -39,6 +42,7 @@ impl Options {
         let mut settings = self.scene.settings(profile::DEFAULT)?;
         self.target.apply(&mut settings);
         self.search.apply(&mut settings)?;
+        self.picture.apply(&mut settings);
         Ok(settings)
     }
 }

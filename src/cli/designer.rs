@@ -3,14 +3,16 @@
 use super::config::{First, Settings};
 use super::session::{Session, milliseconds, warn};
 use crate::design::{self, Outcome, Progress, start};
-use crate::lighting::Role;
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
+use crate::lighting::{Light, MAX_LIGHTS, Role};
 use crate::optimize::{self, Optimizer, Setup};
-use crate::report::html::Sheet;
+use crate::render::Picture;
+use crate::report::html::{Sheet, Shown, light_ratio};
 use crate::report::json::{self, Design};
 use crate::report::{Staging, csv, picture, plot};
 use crate::scene;
+use crate::scene::view::View;
 use anyhow::{Result, anyhow};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -98,6 +100,48 @@ fn in_words(settings: &Settings) -> String {
     format!("profile {}, seed {}, {words}", settings.profile.0.name, settings.seed)
 }
 
+/// Most pixels of a side of the pictures under usual rigs that the report alone shows.
+const COMPARED: u32 = 384;
+
+/// The final pictures under a headlight, under the designed rig, and under the other usual rigs.
+///
+/// # Errors
+/// What the device reports, and as [`Session::render`].
+fn pictures(session: &mut Session, rig: &[Light]) -> Result<Vec<Shown>> {
+    let whole = session.view.clone();
+    let scale = (f64::from(COMPARED) / f64::from(whole.width.max(whole.height))).min(1.0);
+    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    let camera = whole.camera.clone();
+    let small = View::new(&session.scene, camera, side(whole.width), side(whole.height))?;
+    let headlight = session.with_kept(Preset::Headlight.rig());
+    let mut pictures = vec![
+        shown(session, &whole, Preset::Headlight.title(), &headlight)?,
+        Shown { designed: true, ..shown(session, &whole, "Designed", rig)? },
+    ];
+    for preset in [Preset::LightKit, Preset::ThreePoint] {
+        let rig = session.with_kept(preset.rig());
+        // With many lights that are kept there may be no room for it.
+        if rig.len() <= MAX_LIGHTS {
+            pictures.push(shown(session, &small, preset.title(), &rig)?);
+        }
+    }
+    Ok(pictures)
+}
+
+fn shown(session: &mut Session, view: &View, title: &str, rig: &[Light]) -> Result<Shown> {
+    let quality = session.evaluator.inspect(rig)?.quality();
+    let Picture { image, burnt, unlit, .. } = session.render(view, rig)?;
+    Ok(Shown {
+        title: title.to_owned(),
+        designed: false,
+        png: picture::final_png(&image)?,
+        quality,
+        ratio: light_ratio(rig),
+        burnt,
+        unlit,
+    })
+}
+
 /// Writes all files of a design; gives the content of `result.json`, the last of them.
 ///
 /// # Errors
@@ -107,8 +151,8 @@ pub(super) fn write(
     outcome: &Outcome,
     staging: &mut Staging,
 ) -> Result<Design> {
-    let headlight_rig = session.with_kept(Preset::Headlight.rig());
-    let headlight = session.evaluator.inspect(&headlight_rig)?;
+    let headlight = session.with_kept(Preset::Headlight.rig());
+    let headlight = session.evaluator.inspect(&headlight)?;
     let best = session.evaluator.inspect(&outcome.rig)?;
     let header = session.header(Design::SCHEMA);
     let Settings { seed, objective, .. } = &session.settings;
@@ -117,15 +161,14 @@ pub(super) fn write(
         Design::new(header, (*seed, objective), (&best, &headlight), outcome, &session.view);
     design.scene_lights = session.scene_lights();
 
-    let best = session.picture(&outcome.rig)?;
-    let headlight = session.picture(&headlight_rig)?;
-    staging.write("best.png", picture::png(&best)?)?;
-    staging.write("headlight.png", picture::png(&headlight)?)?;
+    let pictures = pictures(session, &outcome.rig)?;
+    for (name, shown) in ["headlight.png", "best.png"].into_iter().zip(&pictures) {
+        staging.write(name, &shown.png)?;
+    }
     let sheet = Sheet {
         design: &design,
         rig: &outcome.rig,
-        best: &best,
-        headlight: &headlight,
+        pictures: &pictures,
         history: &outcome.history,
         settings,
     };

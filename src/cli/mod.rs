@@ -12,14 +12,18 @@ mod lights;
 pub mod optimizer;
 mod options;
 mod paper;
+mod picture;
 mod pipelines;
 mod print;
 mod profile;
 mod progress;
+mod render;
+mod rig;
 mod score;
 mod session;
 mod study;
 mod terms;
+mod thumbnail;
 pub mod values;
 
 use clap::{Parser, Subcommand};
@@ -36,6 +40,8 @@ pub struct Cli {
 enum Command {
     Design(design::Options),
     Batch(batch::Options),
+    Render(render::Options),
+    Thumbnail(thumbnail::Options),
     Score(score::Options),
     Analyze(analyze::Options),
     Devices(devices::Options),
@@ -53,6 +59,8 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
     match cli.command {
         Command::Design(options) => design::run(&options),
         Command::Batch(options) => batch::run(&options),
+        Command::Render(options) => render::run(&options),
+        Command::Thumbnail(options) => thumbnail::run(&options),
         Command::Score(options) => score::run(&options),
         Command::Analyze(options) => analyze::run(&options),
         Command::Devices(options) => devices::run(&options),

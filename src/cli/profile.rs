@@ -39,12 +39,19 @@ impl ProfileName {
     }
 }
 
+/// What `--profile` does.
+fn help() -> String {
+    format!(
+        "Defaults of what pictures are judged by, of how surfaces reflect, of the lights and of the values \
+         that they may have [default: the configuration file's, else {}; for study and bench paper]",
+        profile::DEFAULT.name
+    )
+}
+
 /// What settings start from.
 #[derive(Debug, Args)]
 pub(super) struct ProfileOptions {
-    /// Defaults of all that follows: what pictures are judged by, how surfaces reflect, the lights and
-    /// the values that they may have [default: the configuration file's, else paper]
-    #[arg(long, value_name = "PROFILE", value_parser = ProfileName::parser())]
+    #[arg(long, value_name = "PROFILE", value_parser = ProfileName::parser(), help = help())]
     profile: Option<ProfileName>,
 }
 

@@ -37,7 +37,7 @@ pub(super) struct Options {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum PresetName {
+pub(super) enum PresetName {
     /// One light from the viewer
     Headlight,
     /// VTK's LightKit: key, fill, two back lights and a headlight

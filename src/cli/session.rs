@@ -2,6 +2,7 @@
 
 use super::config::{Settings, ViewSettings};
 use super::device::{self, Opened};
+use super::picture;
 use super::pipelines::Stored;
 use super::profile::ProfileName;
 use super::values::{Device, Size};
@@ -12,11 +13,12 @@ use crate::gpu::GpuEvaluator;
 use crate::lighting::genome::Genome;
 use crate::lighting::{Light, Population, Rig};
 use crate::objective::Quality;
+use crate::render::{BACKGROUND, Picture};
 use crate::report::exhibit::Studio;
 use crate::report::json::{Header, SceneLights, Timing};
-use crate::report::picture::BACKGROUND;
 use crate::scene::framing::{Framing, frame};
 use crate::scene::load::FileAccess;
+use crate::scene::occluders::Occluders;
 use crate::scene::view::{Camera, View};
 use crate::scene::{self, Scene};
 use crate::study::Subject;
@@ -90,6 +92,8 @@ pub(super) struct Session {
     pub timing: Timing,
     /// The scene's own lights, where they are kept: they are part of every rig.
     kept: Rig,
+    /// What casts shadows in final pictures, once one was made.
+    occluders: Option<Arc<Occluders>>,
     /// When the scene was there.
     begin: Instant,
 }
@@ -147,7 +151,7 @@ impl Session {
         sees(&mut evaluator, &scene, &view)?;
         let kept = kept(&scene, &view, &settings)?;
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
-        Ok(Self { scene, view, evaluator, settings, timing, kept, begin })
+        Ok(Self { scene, view, evaluator, settings, timing, kept, occluders: None, begin })
     }
 
     /// The times of a design that is complete.
@@ -186,7 +190,31 @@ impl Session {
         Subject { scene: &self.scene, view: &self.view, evaluator: &mut *self.evaluator }
     }
 
-    /// The colour picture of a rig.
+    /// What casts shadows in final pictures; nothing where the settings have none.
+    ///
+    /// # Errors
+    /// As [`picture::occluders`].
+    pub fn occluders(&mut self) -> Result<Option<Arc<Occluders>>> {
+        if self.occluders.is_none() {
+            let table = self.evaluator.maps()?.shadows.as_ref();
+            self.occluders = match table.filter(|_| self.settings.shadows.on) {
+                Some(table) => Some(Arc::clone(table.occluders())),
+                None => picture::occluders(&self.scene, &self.view, &self.settings)?,
+            };
+        }
+        Ok(self.occluders.clone())
+    }
+
+    /// The final picture of a rig in a view of this scene through this camera.
+    ///
+    /// # Errors
+    /// As [`picture::draw`].
+    pub fn render(&mut self, view: &View, rig: &[Light]) -> Result<Picture> {
+        let occluders = self.occluders()?;
+        Ok(picture::draw((&self.scene, view), occluders.as_deref(), &self.settings, rig)?)
+    }
+
+    /// The picture of a rig as the search sees it, in colour.
     ///
     /// # Errors
     /// What the device reports.
@@ -265,8 +293,13 @@ fn sees(evaluator: &mut Engine, scene: &Scene, view: &View) -> Result<()> {
     if evaluator.maps()?.counts.object() > 0 {
         return Ok(());
     }
+    Err(sees_nothing(scene, view).into())
+}
+
+/// The fault of a picture without any object.
+pub(super) fn sees_nothing(scene: &Scene, view: &View) -> Error {
     let camera = &view.camera.name;
-    Err(Error::input(&scene.path, format!("camera '{camera}' sees nothing of the scene")).into())
+    Error::input(&scene.path, format!("camera '{camera}' sees nothing of the scene"))
 }
 
 /// The camera that klieg wrote, else the first.
@@ -309,7 +342,12 @@ fn evaluator_on(
     let (objective, shading) = (settings.objective, settings.shading);
     Ok(match device {
         Opened::Cpu => {
-            let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
+            let mut maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
+            if settings.shadows.on {
+                let occluders = Arc::new(Occluders::new(scene, view)?);
+                maps.shadows =
+                    Some(cpu::shadows::table(&maps.surface, occluders, &settings.shadows));
+            }
             Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?))
         }
         Opened::Vulkan(stored) => {

@@ -28,6 +28,15 @@ impl Preset {
         }
     }
 
+    /// The name for people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Headlight => "Headlight",
+            Self::LightKit => "Light kit",
+            Self::ThreePoint => "Three-point",
+        }
+    }
+
     /// The lights.
     pub fn rig(self) -> Rig {
         const KEY: f32 = 0.75;

@@ -1,15 +1,14 @@
-//! The sheet of a design: one self-contained page with both pictures, their terms, the lights, where
-//! they stand, and the course of the search.
+//! The sheet of a design: one self-contained page with the pictures under the designed lights and under usual
+//! ones, their terms, the lights, where they stand, and the course of the search.
 
 use super::json::Design;
 use super::{picture, plot};
 use crate::design::Progress;
-use crate::lighting::Light;
-use crate::objective::Term;
+use crate::lighting::{Light, Role};
+use crate::objective::{Quality, Term};
 use anyhow::{Context, Result, anyhow};
-use image::RgbImage;
 use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior, Value, context};
+use minijinja::{Environment, UndefinedBehavior, context};
 use serde::Serialize;
 
 /// Size of the inline plot: text stays legible at a phone's width.
@@ -22,25 +21,78 @@ pub struct Sheet<'a> {
     pub design: &'a Design,
     /// The best rig.
     pub rig: &'a [Light],
-    /// The picture under the best rig.
-    pub best: &'a RgbImage,
-    /// The picture under the headlight.
-    pub headlight: &'a RgbImage,
+    /// Pictures of rigs in the order of the page, the designed one among them.
+    pub pictures: &'a [Shown],
     /// The course of the search.
     pub history: &'a [Progress],
     /// The search's settings, in words.
     pub settings: String,
 }
 
-/// One term of both pictures.
+/// A final picture and what is known of it.
+#[derive(Debug)]
+pub struct Shown {
+    /// The rig's name, for people.
+    pub title: String,
+    /// Whether it is the designed one.
+    pub designed: bool,
+    /// The picture, a PNG file.
+    pub png: Vec<u8>,
+    /// `F` and the terms of what the search saw.
+    pub quality: Quality,
+    /// Intensity of the key lights to that of the fill lights at the scene's centre, where there are both.
+    pub ratio: Option<f32>,
+    /// Share of the object that is burnt out in the picture.
+    pub burnt: f32,
+    /// Share of the object that no light reaches.
+    pub unlit: f32,
+}
+
+/// Intensity of the key lights of a rig to that of its fill lights at the scene's centre; `None` where it
+/// lacks either.
+pub fn light_ratio(rig: &[Light]) -> Option<f32> {
+    let of = |role: Role| -> f32 {
+        rig.iter().filter(|light| light.role == role).map(|light| light.diffuse).sum()
+    };
+    let (key, fill) = (of(Role::Key), of(Role::Fill));
+    (key > 0.0 && fill > 0.0).then_some(key / fill)
+}
+
+/// One picture of the page.
+#[derive(Serialize)]
+struct PictureCard<'a> {
+    title: &'a str,
+    designed: bool,
+    source: String,
+    score: f32,
+    ratio: Option<f32>,
+    burnt: f32,
+    unlit: f32,
+}
+
+impl<'a> PictureCard<'a> {
+    fn of(shown: &'a Shown) -> Self {
+        Self {
+            title: &shown.title,
+            designed: shown.designed,
+            source: picture::uri(&shown.png),
+            score: shown.quality.score,
+            ratio: shown.ratio,
+            burnt: shown.burnt,
+            unlit: shown.unlit,
+        }
+    }
+}
+
+/// One term of all pictures.
 #[derive(Serialize)]
 struct TermRow {
     name: &'static str,
     title: &'static str,
     meaning: &'static str,
     weight: f32,
-    headlight: f32,
-    best: f32,
+    /// Of the pictures in the order of the page.
+    values: Vec<f32>,
 }
 
 /// A light's place in the diagrams: pixels from the scene's centre, for the plan (seen from above,
@@ -61,20 +113,22 @@ impl Sheet<'_> {
     /// The page.
     ///
     /// # Errors
-    /// When a picture is too large for PNG.
+    /// None in practice: the template is the program's own.
     pub fn render(&self) -> Result<String> {
         let mut environment = environment()?;
         environment.add_template("report.html", include_str!("report.html.j2"))?;
         let (radius, spots) = self.spots();
+        let (weighed, others): (Vec<_>, Vec<_>) =
+            self.terms().into_iter().partition(|term| term.weight > 0.0);
         let search = plot::convergence(self.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
         let title = std::path::Path::new(&self.design.header.scene).file_name();
         let page = context! {
             title => title.map_or("scene".into(), |name| name.to_string_lossy()),
             result => Serde(self.design),
             change => self.change(),
-            terms => Serde(self.terms()),
-            best => Value::from_safe_string(picture::data_uri(self.best)?),
-            headlight => Value::from_safe_string(picture::data_uri(self.headlight)?),
+            pictures => Serde(self.cards()),
+            terms => Serde(weighed),
+            others => Serde(others),
             plot => search,
             spots => Serde(spots),
             radius => radius,
@@ -92,20 +146,18 @@ impl Sheet<'_> {
 
     /// The terms that were measured.
     fn terms(&self) -> Vec<TermRow> {
-        let Design { objective, headlight, quality, .. } = self.design;
-        let row = |(term, best): (&'static Term, f32)| {
+        let Design { objective, quality, .. } = self.design;
+        let row = |(term, _): (&'static Term, f32)| {
             let &Term { name, title, meaning, .. } = term;
             let weight = objective.weights.get(name)?;
-            Some(TermRow {
-                name,
-                title,
-                meaning,
-                weight,
-                headlight: headlight.terms.get(name)?,
-                best,
-            })
+            let values = self.pictures.iter().map(|shown| shown.quality.terms.get(name));
+            Some(TermRow { name, title, meaning, weight, values: values.collect::<Option<_>>()? })
         };
         quality.terms.iter().filter_map(row).collect()
+    }
+
+    fn cards(&self) -> Vec<PictureCard<'_>> {
+        self.pictures.iter().map(PictureCard::of).collect()
     }
 
     /// The scene's radius and the lights in the diagrams, pixels.

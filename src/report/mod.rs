@@ -13,6 +13,7 @@ pub mod picture;
 pub mod plot;
 
 use crate::{Error, Result};
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 /// A hidden folder inside the output folder, which holds a run's files until all are complete.
@@ -20,7 +21,7 @@ use std::path::{Path, PathBuf};
 pub struct Staging {
     target: PathBuf,
     folder: tempfile::TempDir,
-    names: Vec<String>,
+    names: Vec<OsString>,
 }
 
 impl Staging {
@@ -40,19 +41,19 @@ impl Staging {
     }
 
     /// Where to write the file `name` for now.
-    pub fn path(&mut self, name: &str) -> PathBuf {
-        self.names.push(name.into());
-        self.folder.path().join(name)
+    pub fn path(&mut self, name: impl AsRef<OsStr>) -> PathBuf {
+        self.names.push(name.as_ref().into());
+        self.folder.path().join(name.as_ref())
     }
 
     /// Writes a whole file.
     ///
     /// # Errors
     /// [`Error::Output`] that names the file in its final place.
-    pub fn write(&mut self, name: &str, contents: impl AsRef<[u8]>) -> Result<()> {
-        let path = self.path(name);
+    pub fn write(&mut self, name: impl AsRef<OsStr>, contents: impl AsRef<[u8]>) -> Result<()> {
+        let path = self.path(&name);
         std::fs::write(path, contents)
-            .map_err(|source| Error::Output { path: self.target.join(name), source })
+            .map_err(|source| Error::Output { path: self.target.join(name.as_ref()), source })
     }
 
     /// Moves all files to their places, and gives these in order of writing. Files of an earlier run
@@ -61,7 +62,7 @@ impl Staging {
     /// # Errors
     /// [`Error::Output`].
     pub fn publish(self) -> Result<Vec<PathBuf>> {
-        let publish = |name: &String| {
+        let publish = |name: &OsString| {
             let path = self.target.join(name);
             match std::fs::rename(self.folder.path().join(name), &path) {
                 Ok(()) => Ok(path),

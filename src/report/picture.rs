@@ -4,12 +4,8 @@ use crate::lighting::clusters::Clustering;
 use crate::objective::maps::{Maps, PixelType};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use image::{ImageError, Rgb, RgbImage};
+use image::{ImageError, Rgb, RgbImage, RgbaImage};
 use std::io::Cursor;
-
-/// What stands behind the objects in pictures of the lit scene: dark enough for bright outlines,
-/// bright enough for dark ones.
-pub const BACKGROUND: [u8; 3] = [58, 60, 66];
 
 const BLACK: [u8; 3] = [0; 3];
 
@@ -23,12 +19,34 @@ pub fn png(picture: &RgbImage) -> Result<Vec<u8>, ImageError> {
     Ok(bytes)
 }
 
-/// The picture as the URI of a PNG, which needs no escaping in HTML and SVG.
+/// The bytes of a PNG file of a final picture, with alpha where it is transparent anywhere.
+///
+/// # Errors
+/// When the picture is too large for PNG.
+pub fn final_png(picture: &RgbaImage) -> Result<Vec<u8>, ImageError> {
+    if picture.pixels().all(|pixel| pixel.0[3] == u8::MAX) {
+        let (width, height) = picture.dimensions();
+        return png(&RgbImage::from_fn(width, height, |x, y| {
+            let [r, g, b, _] = picture.get_pixel(x, y).0;
+            Rgb([r, g, b])
+        }));
+    }
+    let mut bytes = Vec::new();
+    picture.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png)?;
+    Ok(bytes)
+}
+
+/// The URI of a PNG, which needs no escaping in HTML and SVG.
+pub fn uri(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
+}
+
+/// The picture as the URI of a PNG.
 ///
 /// # Errors
 /// When the picture is too large for PNG.
 pub fn data_uri(picture: &RgbImage) -> Result<String, ImageError> {
-    Ok(format!("data:image/png;base64,{}", STANDARD.encode(png(picture)?)))
+    Ok(uri(&png(picture)?))
 }
 
 /// Colour code: every polygon in a colour of its own, the background black.

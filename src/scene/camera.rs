@@ -27,7 +27,8 @@ pub fn choose(scene: &Scene, selector: &str) -> Result<Camera> {
     })
 }
 
-/// A glTF camera that stands at `world`; the fault where it cannot be used.
+/// A glTF camera that stands at `world`, with the clipping planes that klieg designed for; the fault where it
+/// cannot be used.
 pub(super) fn convert(
     json: &Json,
     name: String,
@@ -35,6 +36,9 @@ pub(super) fn convert(
     designed: Option<DesignedView>,
 ) -> std::result::Result<Camera, String> {
     let (projection, near, far) = lens(json)?;
+    let judged = designed.and_then(|designed| designed.planes());
+    let usable = judged.filter(|&(near, far)| check_lens(&projection, near, far).is_ok());
+    let (near, far) = usable.unwrap_or((near, far));
     let (right, up, back) = axes(world).ok_or("its node has no orientation")?;
     let eye = world.w_axis.truncate();
     Ok(Camera { name, eye, right, up, back, projection, near, far, designed })

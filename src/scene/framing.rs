@@ -6,6 +6,9 @@ use crate::{Error, Result};
 use glam::{DMat3, DMat4, DVec3, Vec3};
 use rayon::prelude::*;
 
+/// Name of the cameras that [`frame`] makes; nothing of the scene is beyond their clipping planes.
+pub const NAME: &str = "framing";
+
 /// Least distance from the eye to the scene, in scene radii.
 const CLOSEST: f64 = 1e-4;
 
@@ -58,7 +61,7 @@ pub fn frame(scene: &Scene, framing: &Framing, aspect: f64) -> Result<Camera> {
     let distance = distance(0).max(distance(1)).max(high + CLOSEST * radius);
     let offset = points.offsets(slopes, distance);
     Ok(Camera {
-        name: "framing".into(),
+        name: NAME.into(),
         eye: center + right * offset[0] + up * offset[1] + back * distance,
         right,
         up,

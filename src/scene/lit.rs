@@ -1,9 +1,11 @@
 //! Writes the lit scene: the original with a rig's lights (KHR_lights_punctual) and the camera that
 //! they were designed for.
 
+mod cameras;
 mod document;
 mod strip;
 
+use super::framing;
 use super::lights::LightExtras;
 use super::load::FileAccess;
 use super::view::{DesignedView, Projection, View};
@@ -32,7 +34,12 @@ const FAR: f64 = 1e4;
 ///
 /// Intensities are physical, as [`Light::intensity`] says; a colour has its largest channel at 1. What glTF
 /// has no place for stands in the `extras` of the light's node as
-/// `{"klieg": {"light": {"role", "diffuse", "specular"}}}`, and `"size"` where there is one.
+/// `{"klieg": {"light": {"role", "diffuse", "specular"}}}`, and `"size"` (scene radii) where there is one; a
+/// light with a size has its radius in world units in its own `extras` too, as `{"klieg": {"radius"}}`.
+///
+/// The camera is the first of the file's cameras and its node the first of the scene's, so that viewers open
+/// the file through it. Its clipping planes leave room to move round the scene, unless they may cut something
+/// of it off; those of `view` stand in the node's `extras`, and are read back.
 ///
 /// # Errors
 /// [`Error::Input`] when `source` or a file that it names cannot be used, [`Error::Argument`] for a
@@ -56,12 +63,12 @@ pub fn write(
     let scene = drawn_scene(&mut document)?;
     for (light, name) in rig.iter().zip(names(&rig)) {
         let index = add_light(&mut document, light_json(light, view, &name))?;
-        add_node(&mut document, scene, light_node(light, view, &name, index))?;
+        add_node(&mut document, scene, light_node(light, view, &name, index), Vec::push)?;
     }
-    let cameras = document.array("cameras")?;
-    cameras.push(camera_json(view));
-    let index = cameras.len() - 1;
-    add_node(&mut document, scene, camera_node(view, index))?;
+    let index = cameras::add(&mut document.root, camera_json(view))
+        .ok_or_else(|| document.fault("'cameras' is not an array"))?;
+    let to_front = |roots: &mut Vec<Value>, node| roots.insert(0, node);
+    add_node(&mut document, scene, camera_node(view, index), to_front)?;
     document.write(out)
 }
 
@@ -115,14 +122,19 @@ fn drawn_scene(document: &mut Document) -> Result<usize> {
     Ok(scene)
 }
 
-/// Appends a node to the file and to the roots of its scene.
-fn add_node(document: &mut Document, scene: usize, node: Value) -> Result<()> {
+/// Appends a node to the file, and has `place` put it among the roots of its scene.
+fn add_node(
+    document: &mut Document,
+    scene: usize,
+    node: Value,
+    place: impl Fn(&mut Vec<Value>, Value),
+) -> Result<()> {
     let nodes = document.array("nodes")?;
     nodes.push(node);
     let index = nodes.len() - 1;
     let scene = document.array("scenes")?[scene].as_object_mut();
     match scene.and_then(|scene| array(scene, "nodes")) {
-        Some(roots) => roots.push(index.into()),
+        Some(roots) => place(roots, index.into()),
         None => return Err(document.fault("a scene's 'nodes' is not an array")),
     }
     Ok(())
@@ -164,6 +176,10 @@ fn light_json(light: &Light, view: &View, name: &str) -> Value {
         let outer = f64::from(light.cone.outer).min(std::f64::consts::FRAC_PI_2);
         json["spot"] = json!({ "innerConeAngle": light.cone.inner, "outerConeAngle": outer });
     }
+    if light.size > 0.0 {
+        let radius = f64::from(light.size) * view.frame.radius;
+        json["extras"] = json!({ EXTRAS: { "radius": radius } });
+    }
     json
 }
 
@@ -189,21 +205,42 @@ fn light_node(light: &Light, view: &View, name: &str, index: usize) -> Value {
     node
 }
 
+/// Distance of a roomy near plane, as a share of the distance to the scene's centre.
+const ROOMY_NEAR: f64 = 0.01;
+/// How far beyond the scene's centre a roomy far plane stands, scene radii.
+const ROOMY_FAR: f64 = 10.0;
+
+/// Clipping planes that leave room to move round the scene; `None` where those of the view may cut something
+/// of the scene off, which then has to stay so.
+fn roomy_planes(view: &View) -> Option<(f64, Option<f64>)> {
+    let camera = &view.camera;
+    let radius = view.frame.radius;
+    let distance = (camera.eye - view.frame.center).dot(camera.back);
+    let outside =
+        camera.near <= distance - radius && camera.far.is_none_or(|far| far >= distance + radius);
+    let widened = camera.designed.is_some_and(|designed| designed.planes().is_some());
+    if !(outside || widened || camera.name == framing::NAME) {
+        return None;
+    }
+    let far = camera.far.map(|far| far.max(distance + ROOMY_FAR * radius));
+    Some((camera.near.min(ROOMY_NEAR * distance), far))
+}
+
 fn camera_json(view: &View) -> Value {
     let camera = &view.camera;
+    let (near, far) = roomy_planes(view).unwrap_or((camera.near, camera.far));
     let aspect = f64::from(view.width) / f64::from(view.height);
     match camera.projection {
         Projection::Perspective { yfov } => {
-            let mut lens = json!({ "aspectRatio": aspect, "yfov": yfov, "znear": camera.near });
-            if let Some(far) = camera.far {
+            let mut lens = json!({ "aspectRatio": aspect, "yfov": yfov, "znear": near });
+            if let Some(far) = far {
                 lens["zfar"] = far.into();
             }
             json!({ "type": "perspective", "perspective": lens })
         }
         Projection::Orthographic { ymag } => {
-            let far = camera.far.unwrap_or(camera.near + FAR * view.frame.radius);
-            let lens =
-                json!({ "xmag": ymag * aspect, "ymag": ymag, "znear": camera.near, "zfar": far });
+            let far = far.unwrap_or(near + FAR * view.frame.radius);
+            let lens = json!({ "xmag": ymag * aspect, "ymag": ymag, "znear": near, "zfar": far });
             json!({ "type": "orthographic", "orthographic": lens })
         }
     }
@@ -212,7 +249,12 @@ fn camera_json(view: &View) -> Value {
 fn camera_node(view: &View, index: usize) -> Value {
     let camera = &view.camera;
     let axes = DMat3::from_cols(camera.right, camera.up, camera.back);
-    let designed = DesignedView { size: [view.width, view.height] };
+    let planes = roomy_planes(view).is_some();
+    let designed = DesignedView {
+        size: [view.width, view.height],
+        near: planes.then_some(camera.near),
+        far: camera.far.filter(|_| planes),
+    };
     json!({
         "name": "klieg camera",
         "translation": camera.eye.to_array(),

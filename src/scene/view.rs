@@ -39,6 +39,20 @@ pub struct Camera {
 pub struct DesignedView {
     /// Width and height of the picture that was judged, in pixels.
     pub size: [u32; 2],
+    /// Distance of the near clipping plane of the picture that was judged, world units, where the camera in
+    /// the file has another one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub near: Option<f64>,
+    /// Distance of its far clipping plane where there is such a near one; infinite where `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub far: Option<f64>,
+}
+
+impl DesignedView {
+    /// The clipping planes of the picture that was judged, where the camera in the file has others.
+    pub fn planes(&self) -> Option<(f64, Option<f64>)> {
+        self.near.map(|near| (near, self.far))
+    }
 }
 
 /// A camera's lens. The picture's own aspect ratio decides the width.

@@ -127,7 +127,7 @@ static void judge(const klieg_context *context, const klieg_scene *scene) {
     klieg_light rig[KLIEG_MAX_LIGHTS];
     uint32_t lights;
     CHECK(NULL, klieg_camera_look_at(EYE, TARGET, UP, KLIEG_LENS_PERSPECTIVE, 0.7, &camera));
-    CHECK(NULL, klieg_objective_defaults(&objective));
+    CHECK(NULL, klieg_objective_profile(&objective, "paper"));
     EXPECT(objective.weight_count == 5 && objective.weights[4].value == 0.2f);
     objective.weights[0].value = 0.0f;
     CHECK(NULL, klieg_objective_set_weight(&objective, "mean", 0.5f));

@@ -35,8 +35,19 @@ fn chop(object: &mut Map<String, Value>, key: &str, count: usize) {
 fn without_klieg(mut root: Value, lights: usize, scene: usize, had_lights: bool) -> Value {
     let object = root.as_object_mut().expect("an object");
     chop(object, "nodes", lights + 1);
-    chop(object, "cameras", 1);
-    chop(object["scenes"][scene].as_object_mut().expect("a scene"), "nodes", lights + 1);
+    let cameras = object["cameras"].as_array_mut().expect("cameras");
+    cameras.remove(0);
+    if cameras.is_empty() {
+        object.remove("cameras");
+    }
+    for node in object["nodes"].as_array_mut().into_iter().flatten() {
+        if let Some(index) = node["camera"].as_u64() {
+            node["camera"] = (index - 1).into();
+        }
+    }
+    let scene = object["scenes"][scene].as_object_mut().expect("a scene");
+    scene["nodes"].as_array_mut().expect("nodes").remove(0);
+    chop(scene, "nodes", lights);
     let extension = &mut object["extensions"]["KHR_lights_punctual"];
     chop(extension.as_object_mut().expect("an object"), "lights", lights);
     if !had_lights {
@@ -72,7 +83,7 @@ fn a_file_without_scenes_gets_one_of_its_roots() {
     let folder = tempfile::tempdir().expect("a folder");
     write_all(folder.path());
     let (root, _) = light(&folder.path().join("no-scenes.glb"), &views()[0], &rig());
-    assert_eq!(root["scenes"], json!([{ "nodes": [1, 2, 3, 4, 5, 6, 7, 8] }]));
+    assert_eq!(root["scenes"], json!([{ "nodes": [8, 1, 2, 3, 4, 5, 6, 7] }]));
     assert_eq!(root["scene"], 0);
 }
 
@@ -144,7 +155,7 @@ fn klieg_nodes_that_others_moved_leave_the_scene() {
     root["animations"] = json!([{ "channels": [{ "target": { "node": 1 } }] }]);
     let path = write(folder.path(), "b.glb", &glb(&root, Some(&binary)));
     let (root, _) = light(&path, &views()[0], &rig()[..1]);
-    assert_eq!(root["scenes"][0]["nodes"], json!([0, 1, 4, 5, 6]));
+    assert_eq!(root["scenes"][0]["nodes"], json!([6, 0, 1, 4, 5]));
     assert_eq!(root["nodes"][4], json!({ "name": "Later" }));
     assert_eq!(
         root["nodes"][2],
@@ -260,7 +271,14 @@ fn lights_and_camera_come_back() {
         assert!(near(camera.right, view.camera.right) && near(camera.up, view.camera.up));
         assert!(near(camera.back, view.camera.back) && camera.eye == view.camera.eye);
         assert_eq!(camera.projection, view.camera.projection);
-        assert_eq!((camera.near, camera.far), (view.camera.near, view.camera.far));
+        assert_eq!(root["cameras"].as_array().map(Vec::len), Some(2));
+        let first =
+            &root["nodes"][root["scenes"][1]["nodes"][0].as_u64().expect("a node") as usize];
+        assert_eq!((&first["name"], &first["camera"]), (&json!("klieg camera"), &json!(0)));
+        // There is room to move round the scene.
+        let (distance, radius) = ((camera.eye - view.frame.center).length(), view.frame.radius);
+        assert!(camera.near <= 0.01 * distance, "{camera:?}");
+        assert!(camera.far.is_none_or(|far| far >= distance + 10.0 * radius), "{camera:?}");
         let mut lit_scene = Scene { lights, ..scene() };
         let (rig_read, warnings) = lights::rig(&lit_scene, &view).expect("a rig");
         assert!(warnings.is_empty(), "{warnings:?}");
@@ -274,6 +292,34 @@ fn lights_and_camera_come_back() {
         let (rig_read, _) = lights::rig(&lit_scene, &view).expect("a rig");
         assert!(difference(&rig_read, &rig()) > 1e-3);
     }
+}
+
+#[test]
+fn clipping_planes_that_cut_the_scene_stay() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = write(folder.path(), "a.glb", &glb(&triangle(), Some(&positions())));
+    let mut view = views()[0].clone();
+    let distance = (view.camera.eye - view.frame.center).dot(view.camera.back);
+    view.camera.near = distance;
+    let lens = |view: &View| light(&path, view, &rig()).0["cameras"][0]["perspective"].clone();
+    assert_eq!(lens(&view)["znear"].as_f64(), Some(distance));
+    assert_eq!(lens(&view)["zfar"].as_f64(), view.camera.far);
+    // A framing cuts nothing off, as close as its planes may be.
+    view.camera.name = "framing".into();
+    assert!(lens(&view)["znear"].as_f64() < Some(0.02 * distance));
+}
+
+#[test]
+fn a_light_with_a_size_tells_its_radius() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = write(folder.path(), "a.glb", &glb(&triangle(), Some(&positions())));
+    let view = &views()[0];
+    let soft = Light { size: 0.25, ..Light::default() };
+    let (root, _) = light(&path, view, &[soft, Light::default()]);
+    let lights = &root["extensions"]["KHR_lights_punctual"]["lights"];
+    let radius = lights[0]["extras"]["klieg"]["radius"].as_f64().expect("a radius");
+    assert!((radius - 0.25 * view.frame.radius).abs() < 1e-6, "{radius}");
+    assert_eq!(lights[1].get("extras"), None);
 }
 
 #[test]
@@ -291,6 +337,7 @@ fn a_lit_file_loads_with_its_rig_and_view() {
             let again = View::new(&lit_scene, camera.clone(), 320, 200).expect("a view");
             assert!(again.clip_from_frame.abs_diff_eq(view.clip_from_frame, 1e-5), "{camera:?}");
             assert!(again.eye.abs_diff_eq(view.eye, 1e-5));
+            assert_eq!((camera.near, camera.far), (view.camera.near, view.camera.far));
             let (rig_read, warnings) = lights::rig(&lit_scene, &again).expect("a rig");
             assert!(warnings.is_empty(), "{warnings:?}");
             assert!(difference(&rig_read, &rig()) < 1e-5, "{rig_read:?}");

@@ -23,7 +23,8 @@ impl Folder {
     /// `klieg` in this folder, on the native evaluator unless `arguments` name a device.
     pub fn klieg(&self, arguments: &[&str]) -> Command {
         let mut command = klieg(arguments);
-        if !["devices", "terms"].contains(&arguments[0]) && !arguments.contains(&"--device") {
+        let without_device = ["devices", "terms", "render", "thumbnail"];
+        if !without_device.contains(&arguments[0]) && !arguments.contains(&"--device") {
             command.args(["--device", "cpu"]);
         }
         command.current_dir(self.folder.path());

@@ -18,7 +18,7 @@ pub struct Pictures {
     pub specification: Vec<u8>,
 }
 
-/// What three.js makes of a GLB through the file's last camera. Panics where Chromium or Node.js is missing.
+/// What three.js makes of a GLB through the file's first camera. Panics where Chromium or Node.js is missing.
 pub fn render(scene: &Path, width: u32, height: u32) -> Pictures {
     let size = format!("{width}x{height}");
     let printed = npm::run("three", "render.mjs", &[&browser::chromium(), scene, Path::new(&size)]);

@@ -1,4 +1,4 @@
-// Draws the last camera's view of a GLB with three.js in headless Chromium, on its software GL, and
+// Draws the first camera's view of a GLB with three.js in headless Chromium, on its software GL, and
 // prints PNG pictures, transparent in the background, as base64 in JSON: node render.mjs CHROMIUM FILE
 // WIDTHxHEIGHT. `shipped` is what three.js draws by default; for `specification`, what it adds to the
 // BRDF of the glTF specification is taken out of its shaders.
@@ -38,7 +38,7 @@ async function draw(glb, width, height) {
   const picture = () => {
     const renderer = new THREE.WebGLRenderer({ alpha: true, preserveDrawingBuffer: true });
     renderer.setSize(width, height);
-    renderer.render(gltf.scene, gltf.cameras.at(-1));
+    renderer.render(gltf.scene, gltf.cameras[0]);
     return renderer.domElement.toDataURL("image/png").split(",")[1];
   };
   const takeOut = (chunk, code) => {

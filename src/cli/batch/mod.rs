@@ -9,6 +9,7 @@ use super::config::Settings;
 use super::designer;
 use super::device::{self, Opened};
 use super::options::{LookOptions, SearchOptions, TargetOptions};
+use super::picture::PictureOptions;
 use super::progress::{self, Interrupt};
 use super::session::{self, Loaded, Session, milliseconds};
 use super::{describe, print};
@@ -49,6 +50,8 @@ pub(super) struct Options {
     target: TargetOptions,
     #[command(flatten)]
     search: SearchOptions,
+    #[command(flatten)]
+    picture: PictureOptions,
     /// Make all designs anew, finished ones too
     #[arg(long)]
     force: bool,
@@ -62,6 +65,7 @@ impl Options {
         let mut settings = self.look.settings(profile::DEFAULT)?;
         self.target.apply(&mut settings);
         self.search.apply(&mut settings)?;
+        self.picture.apply(&mut settings);
         settings.check()?;
         settings.genome()?;
         Ok(settings)

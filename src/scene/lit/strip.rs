@@ -1,9 +1,10 @@
 //! Takes out of a scene the lights and the camera that klieg added to it before, and its own lights.
 //!
-//! Everything in glTF is named by its index, so only the last elements of an array can go; these are
-//! klieg's unless another program has rewritten the file. Klieg's nodes further up are emptied and
+//! Nodes and lights are named by their indices from many places, so only the last elements of these arrays can
+//! go; they are klieg's unless another program has rewritten the file. Klieg's nodes further up are emptied and
 //! taken out of the node hierarchy.
 
+use super::cameras;
 use super::document::Object;
 use super::{EXTENSION, EXTRAS};
 use serde_json::Value;
@@ -17,13 +18,13 @@ pub fn strip(root: &mut Object) {
     }
     let pinned = pinned_nodes(root);
     let mut lights = BTreeSet::new();
-    let mut cameras = BTreeSet::new();
+    let mut own_cameras = BTreeSet::new();
     let mut gone = BTreeSet::new();
     let mut nodes = objects(root, "nodes");
     for &index in &own {
         let node = &mut nodes[index];
         lights.extend(light_of(node));
-        cameras.extend(node.get("camera").and_then(index_of));
+        own_cameras.extend(node.get("camera").and_then(index_of));
         node.shift_remove("camera");
         remove_within(node, &["extensions", EXTENSION]);
         remove_within(node, &["extras", EXTRAS]);
@@ -43,10 +44,10 @@ pub fn strip(root: &mut Object) {
             lights.remove(&light);
         }
         if let Some(camera) = node.get("camera").and_then(index_of) {
-            cameras.remove(&camera);
+            own_cameras.remove(&camera);
         }
     }
-    pop(root, "cameras", &cameras);
+    cameras::remove(root, &own_cameras);
     pop_lights(root, &lights);
 }
 

@@ -1,0 +1,60 @@
+//! Final pictures: their options, and how they are made.
+
+use super::config::Settings;
+use crate::Result;
+use crate::lighting::{Light, Population};
+use crate::render::{self, Background, Picture, Stage, ToneMapping};
+use crate::scene::Scene;
+use crate::scene::occluders::Occluders;
+use crate::scene::view::View;
+use clap::Args;
+use std::sync::Arc;
+
+/// How final pictures are made.
+#[derive(Debug, Args)]
+pub(super) struct PictureOptions {
+    /// Behind the objects of the final pictures: an sRGB colour such as '#3a3c42', or 'transparent'
+    /// [default: #3a3c42]
+    #[arg(long, value_name = "COLOR|transparent")]
+    background: Option<Background>,
+    /// From radiance to colours in the final pictures [default: none]
+    #[arg(long, value_name = "MAPPING")]
+    tone_mapping: Option<ToneMapping>,
+}
+
+impl PictureOptions {
+    /// Puts these options in the place of `settings`.
+    pub fn apply(&self, settings: &mut Settings) {
+        let picture = &mut settings.picture;
+        picture.background = self.background.unwrap_or(picture.background);
+        picture.tone_mapping = self.tone_mapping.unwrap_or(picture.tone_mapping);
+    }
+}
+
+/// What casts shadows in final pictures; nothing where the settings have none.
+///
+/// # Errors
+/// As [`Occluders::new`].
+pub(super) fn occluders(
+    scene: &Scene,
+    view: &View,
+    settings: &Settings,
+) -> Result<Option<Arc<Occluders>>> {
+    let make = || Occluders::new(scene, view).map(Arc::new);
+    settings.shadows.on.then(make).transpose()
+}
+
+/// The final picture of a rig.
+///
+/// # Errors
+/// As [`render::draw`].
+pub(super) fn draw(
+    (scene, view): (&Scene, &View),
+    occluders: Option<&Occluders>,
+    settings: &Settings,
+    rig: &[Light],
+) -> Result<Picture> {
+    let rig = Population::of([rig])?;
+    let stage = Stage { scene, view, shading: &settings.shading, occluders };
+    render::draw(&stage, rig.records(), &settings.picture)
+}

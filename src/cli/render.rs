@@ -1,0 +1,113 @@
+//! `klieg render`: a final picture of a lit scene.
+
+use super::options::LookOptions;
+use super::picture::{self, PictureOptions};
+use super::rig;
+use super::score::PresetName;
+use super::session::{self, warn};
+use super::values::Size;
+use super::{designer, print};
+use crate::design::profile;
+use crate::lighting::Rig;
+use crate::lighting::presets::Preset;
+use crate::report::{self, Staging};
+use crate::scene::view::View;
+use crate::scene::{self, Scene};
+use crate::{Error, Result};
+use clap::Args;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// Render a lit scene
+///
+/// Writes a picture of any size with smooth edges and exact shadows: under the scene's own lights
+/// (KHR_lights_punctual), those of a result.json, or a usual rig.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    /// glTF scene: a .gltf or .glb file
+    scene: PathBuf,
+    /// The picture, a PNG file; its folder is created where absent
+    #[arg(long, value_name = "FILE.png")]
+    out: PathBuf,
+    /// Picture size in pixels [default: 512x512, or the size stored with a camera klieg wrote]
+    #[arg(long, value_name = "WxH")]
+    size: Option<Size>,
+    /// Lights from a file: a result.json, or an array of lights as it has them. They stand where it says
+    /// in the camera's frame and in scene radii, of whatever scene
+    #[arg(long, value_name = "FILE.json", conflicts_with = "preset")]
+    rig: Option<PathBuf>,
+    /// A usual rig
+    #[arg(long)]
+    preset: Option<PresetName>,
+    #[command(flatten)]
+    picture: PictureOptions,
+    #[command(flatten)]
+    look: LookOptions,
+}
+
+pub(super) fn run(options: &Options) -> anyhow::Result<()> {
+    let mut settings = options.look.settings(profile::DEFAULT)?;
+    settings.view.size = options.size.or(settings.view.size);
+    options.picture.apply(&mut settings);
+    settings.check()?;
+    let scene = session::load(&options.scene, settings.access())?;
+    let view = session::view(&scene, &settings.view)?;
+    let rig = lights(options, &scene, &view)?;
+    let file = File::new(&options.scene, &options.out)?;
+    let occluders = picture::occluders(&scene, &view, &settings)?;
+    let picture = picture::draw((&scene, &view), occluders.as_deref(), &settings, &rig)?;
+    if picture.object == 0.0 {
+        return Err(session::sees_nothing(&scene, &view).into());
+    }
+    print::out(print::written(&file.write(&report::picture::final_png(&picture.image)?)?))
+}
+
+/// The lights that the options name.
+fn lights(options: &Options, scene: &Scene, view: &View) -> Result<Rig> {
+    if let Some(preset) = options.preset {
+        return Ok(Preset::from(preset).rig());
+    }
+    if let Some(path) = &options.rig {
+        return rig::read(path, view);
+    }
+    if scene.lights.is_empty() {
+        let fault = "has no lights: give some with --rig or --preset";
+        return Err(Error::input(&scene.path, fault));
+    }
+    let (rig, warnings) = scene::lights::rig(scene, view)?;
+    warn(&warnings);
+    Ok(rig)
+}
+
+/// A picture's file, which appears whole or not at all.
+pub(super) struct File {
+    folder: PathBuf,
+    name: OsString,
+}
+
+impl File {
+    /// The file at `path`; the scene must not be what it replaces.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a path that names no file, or the scene.
+    pub fn new(scene: &Path, path: &Path) -> Result<Self> {
+        designer::spare(scene, path)?;
+        let fault = || Error::Argument(format!("{} names no file", path.display()));
+        let name = path.file_name().ok_or_else(fault)?;
+        if path.is_dir() {
+            return Err(fault());
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        Ok(Self { folder: folder.unwrap_or(Path::new(".")).into(), name: name.into() })
+    }
+
+    /// Writes it, and gives its path; its folder is created where absent.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write(&self, contents: &[u8]) -> Result<Vec<PathBuf>> {
+        let mut staging = Staging::new(&self.folder)?;
+        staging.write(&self.name, contents)?;
+        staging.publish()
+    }
+}

@@ -1,0 +1,76 @@
+//! `klieg thumbnail`: a small picture of a model under lights that were found for it.
+
+use super::config::Settings;
+use super::optimizer::OptimizerName;
+use super::options::LookOptions;
+use super::picture::PictureOptions;
+use super::render::File;
+use super::session::{self, Loaded, Session, warn};
+use super::values::{Device, Size};
+use super::{designer, device, print};
+use crate::design::profile;
+use crate::report;
+use anyhow::Result;
+use clap::Args;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Most pixels of a side of the pictures that are judged.
+const JUDGED: u32 = 96;
+/// Individuals of a generation.
+const POPULATION: usize = 20;
+/// Generations.
+const GENERATIONS: usize = 20;
+/// Directions along a side of the shadow table.
+const SHADOW_SIDE: u32 = 15;
+
+/// Draw a model under lights found for it
+///
+/// One picture: the whole model, or what the file's camera sees, under lights of a short search on the
+/// CPU. The same file gives the same picture.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    /// glTF scene: a .gltf or .glb file
+    scene: PathBuf,
+    /// The picture, a PNG file; its folder is created where absent
+    out: PathBuf,
+    /// Picture size in pixels
+    #[arg(long, value_name = "WxH", default_value = "256x256")]
+    size: Size,
+    #[command(flatten)]
+    picture: PictureOptions,
+    #[command(flatten)]
+    look: LookOptions,
+}
+
+pub(super) fn run(options: &Options) -> Result<()> {
+    let begin = Instant::now();
+    let mut settings = options.look.settings(profile::DEFAULT)?;
+    options.picture.apply(&mut settings);
+    shorten(&mut settings, options.size);
+    settings.check()?;
+    let genome = settings.genome()?;
+    let file = File::new(&options.scene, &options.out)?;
+    let loaded = Loaded::read(&options.scene, settings.access())?;
+    warn(&loaded.scene.warnings);
+    let device = device::open(&settings.device, &settings)?;
+    let mut session = Session::on(&device, loaded, settings, begin)?;
+    let outcome = designer::search(&mut session, &genome, &mut |_| ControlFlow::Continue(()))?;
+    session.settings.view.size = Some(options.size);
+    let view = session::view(&session.scene, &session.settings.view)?;
+    let picture = session.render(&view, &outcome.rig)?;
+    print::out(print::written(&file.write(&report::picture::final_png(&picture.image)?)?))
+}
+
+/// Lets the search be short, with pictures of the shape of `size`.
+fn shorten(settings: &mut Settings, Size([width, height]): Size) {
+    let scale = (f64::from(JUDGED) / f64::from(width.max(height))).min(1.0);
+    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    settings.view.size = Some(Size([side(width), side(height)]));
+    settings.device = Device::Cpu;
+    settings.optimizer = OptimizerName::default();
+    settings.search.population = POPULATION;
+    settings.search.generations = GENERATIONS;
+    settings.shadows.side = settings.shadows.side.min(SHADOW_SIDE);
+}
