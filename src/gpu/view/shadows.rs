@@ -332,6 +332,21 @@ mod tests {
     }
 
     #[test]
+    fn occluders_that_do_not_fit_are_not_traced() {
+        let context = testing::context();
+        let (_, view) = testing::maps(8, 8);
+        let (occluders, settings) = (occluders(), (&Objective::default(), &Shading::default()));
+        let casting = Some(Casting { occluders: &occluders, side: 3 });
+        let mut memory =
+            ViewMemory::new(&context, &view, settings, Lights::Plain, casting).unwrap();
+        assert!(memory.shadows.is_traceable() && ShadowStage::new(&context, &memory).is_ok());
+        memory.shadows.occluders = None;
+        let fault = ShadowStage::new(&context, &memory).err().map(|fault| fault.to_string());
+        assert!(fault.is_some_and(|fault| fault.contains("occluders")));
+        testing::assert_valid(&context);
+    }
+
+    #[test]
     fn submissions_are_bounded_in_whole_rows() {
         assert_eq!(rows_of_submission(512, 31), 68);
         assert_eq!(rows_of_submission(1920, 31), 18);
