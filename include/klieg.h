@@ -23,8 +23,9 @@
  * Memory
  *   Arrays and structures are the caller's. They are read or written during the call and not kept,
  *   unless a description says so. Where a count is 0 an array may be NULL. Structures with defaults
- *   have a klieg_..._defaults function; fill them with it, then change what matters, so that your
- *   program stays right when a member is added.
+ *   have a klieg_..._defaults function, and those of a profile a klieg_..._profile function that takes its
+ *   name ("paper" or "natural"); fill them with one, then change what matters, so that your program stays
+ *   right when a member is added.
  *
  * Threads
  *   A context may be used by several threads at once, every other handle by one at a time, but not
@@ -830,6 +831,10 @@ klieg_status klieg_camera_frame(const klieg_scene *scene,
 // Most terms of an objective.
 #define KLIEG_MAX_TERMS 16
 
+// `klieg_objective::mean_target` that the scene sets: half of the mean luminance of its base colours,
+// encoded, kept in 0.25..0.72. An engine that gives no base colours has the uniform one that it names.
+#define KLIEG_MEAN_TARGET_SCENE -1.0
+
 // Measures lights against a view. There are three levels, by what the engine gives:
 // 1. a scene and a camera (`klieg_evaluator_of_scene`): klieg draws them itself;
 // 2. the surface that the engine has drawn (`klieg_evaluator_of_surface`): klieg shades it;
@@ -849,7 +854,7 @@ typedef struct klieg_term {
     float value;
 } klieg_term;
 
-// Settings of the quality function.
+// Settings of the quality function. The defaults are those of the profile "paper".
 typedef struct klieg_objective {
     // Weight of each term, 0 or more, not all 0; terms that are not there do not count. By default the
     // paper's five terms "edge", "mean", "grad", "var" and "hist" have 0.2 each, so that scores lie in
@@ -858,7 +863,7 @@ typedef struct klieg_objective {
     struct klieg_term weights[KLIEG_MAX_TERMS];
     // How many of `weights` there are.
     uint32_t weight_count;
-    // Mean brightness aimed at, sRGB-encoded, 0..1; by default 0.5.
+    // Mean brightness aimed at, sRGB-encoded, 0..1, or `KLIEG_MEAN_TARGET_SCENE`; by default 0.5.
     float mean_target;
     // Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel, above 0;
     // by default 0.06.
@@ -870,8 +875,13 @@ typedef struct klieg_objective {
     float edge_laplace;
 } klieg_objective;
 
-// Constants of klieg's own shading, which levels 1 and 2 use.
+// How surfaces reflect: one of `KLIEG_BRDF_...`.
+typedef int32_t klieg_brdf;
+
+// klieg's own shading, which levels 1 and 2 use. The defaults are those of the profile "paper".
 typedef struct klieg_shading {
+    // How surfaces reflect; by default Blinn-Phong.
+    klieg_brdf brdf;
     // Share of the base colour that is seen without any light, 0 or more; by default 0.03.
     float ambient;
     // Specular reflectance of dielectrics at normal incidence, 0..1; by default 0.04.
@@ -904,6 +914,20 @@ typedef struct klieg_term_info {
     // nothing.
     const char *needs;
 } klieg_term_info;
+
+// A full set of defaults that settings start from, by its name.
+typedef struct klieg_profile_info {
+    // Its name, as `klieg_objective_profile`, `klieg_shading_profile` and `klieg_design_profile` take it.
+    const char *name;
+    // What it is, in English.
+    const char *meaning;
+} klieg_profile_info;
+
+// Lambert, and a Blinn-Phong lobe of the material's width.
+#define KLIEG_BRDF_BLINN_PHONG 0
+
+// As glTF 2.0 has it: Lambert under GGX.
+#define KLIEG_BRDF_GLTF 1
 
 // Makes an evaluator of level 1: of a finished scene, through a camera, at `width` by `height` pixels.
 // It draws the scene, and keeps nothing of it that the caller has. `objective` and `shading` may be
@@ -984,8 +1008,17 @@ klieg_status klieg_evaluator_qualities(struct klieg_evaluator *evaluator,
 // description stays valid as long as the library is loaded. Any thread.
 const struct klieg_term_info *klieg_term_at(uint32_t number);
 
+// Describes the profile of that number, counted from 0; `NULL` beyond the last, which is no error. The
+// description stays valid as long as the library is loaded. Any thread.
+const struct klieg_profile_info *klieg_profile_at(uint32_t number);
+
 // Sets the defaults. Any thread.
 klieg_status klieg_objective_defaults(struct klieg_objective *objective);
+
+// Sets what the profile of that name has. Any thread.
+//
+// `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
+klieg_status klieg_objective_profile(struct klieg_objective *objective, const char *profile);
 
 // Gives a term its weight, 0 or more. The weights then stand in the order of `klieg_term_at`. Any thread.
 //
@@ -996,6 +1029,11 @@ klieg_status klieg_objective_set_weight(struct klieg_objective *objective,
 
 // Sets the defaults. Any thread.
 klieg_status klieg_shading_defaults(struct klieg_shading *shading);
+
+// Sets what the profile of that name has. Any thread.
+//
+// `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
+klieg_status klieg_shading_profile(struct klieg_shading *shading, const char *profile);
 
 /* Level 2: the surface that an engine has drawn */
 
@@ -1232,6 +1270,12 @@ typedef struct klieg_role_box {
     float elevation[2];
     // Azimuth, degrees, -360 or more; it does not wrap, so that 100..260 is the half circle behind.
     float azimuth[2];
+    // 1 for azimuths that are measured from the first key light's, positive to the left of a key on the right
+    // and to the right of any other; else 0. For fill and rim lights beside a key.
+    uint32_t azimuth_from_key;
+    // 1 for intensities that are shares of the first key light's; else 0. For fill and rim lights beside a
+    // key.
+    uint32_t share_of_key;
     // Diffuse intensity, 0 or more.
     float diffuse[2];
     // Specular intensity, 0 or more.
@@ -1244,8 +1288,8 @@ typedef struct klieg_role_box {
     float color[3];
 } klieg_role_box;
 
-// What a designer looks for, and how. `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and
-// `first`, which it makes empty.
+// What a designer looks for, and how. The defaults are those of the profile "paper".
+// `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and `first`, which it makes empty.
 typedef struct klieg_design {
     // The role of each light.
     const klieg_role *roles;
@@ -1324,6 +1368,11 @@ typedef struct klieg_progress {
 // Sets the defaults: a search without an end for point lights, with the paper's genetic algorithm. Any
 // thread.
 klieg_status klieg_design_defaults(struct klieg_design *design);
+
+// As `klieg_design_defaults`, with the lights as the profile of that name has them. Any thread.
+//
+// `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
+klieg_status klieg_design_profile(struct klieg_design *design, const char *profile);
 
 // Gives the `design->lights` lights that the view suggests as a first rig: they face what is most of the
 // visible surface (k-means of its normals). Reads the view's maps back, so the commands of the view have

@@ -20,6 +20,15 @@ constants! {
     /// Added to both variances of the normals, so that a cylinder's covariance matrix has an inverse.
     NORMAL_RIDGE: f32 = 1e-4;
 
+    /// Target of the mean brightness that a scene sets itself: share of the mean base luminance, linear.
+    SCENE_MEAN_SHARE: f32 = 0.5;
+    /// The same: its least, sRGB-encoded.
+    SCENE_MEAN_LEAST: f32 = 0.25;
+    /// The same: its most, sRGB-encoded.
+    SCENE_MEAN_MOST: f32 = 0.72;
+    /// `mean_target` of a scene that sets the target itself.
+    MEAN_OF_SCENE: f32 = -1.0;
+
     /// `F_grad`: mean gradient of the normals below which the geometry counts as flat and the term is 0.
     GRAD_FLAT: f32 = 1e-6;
     /// `F_range`: standard deviation of the brightness that is enough.

@@ -4,6 +4,7 @@
 
 use glam::{DMat4, DVec3, Vec3};
 use klieg::design::Designer;
+use klieg::design::profile::{NATURAL, PROFILES};
 use klieg::design::start::first_of_surface;
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
@@ -22,7 +23,7 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const PREFIX: &str = "/opt/klieg";
@@ -180,6 +181,20 @@ fn term_line(term: &Term) -> String {
     format!("term {name}, {title}: {meaning}; {}", needs.join(" "))
 }
 
+/// What a design prints that starts from the profile `natural`.
+fn by_profile(context: &Arc<Context>, scene: &Scene, view: &View) -> Vec<String> {
+    let listed = PROFILES.iter().map(|p| format!("profile {}: {}", p.name, p.meaning));
+    let mut lines: Vec<String> = listed.collect();
+    let (objective, shading) = ((NATURAL.objective)(), (NATURAL.shading)());
+    let mut evaluator = GpuEvaluator::new(context, scene, view, objective, shading).unwrap();
+    lines.extend(quality_lines("natural", &mut evaluator, Preset::ThreePoint));
+    let genome = Genome::new(&[Role::Key, Role::Fill], NATURAL.kind, &(NATURAL.boxes)()).unwrap();
+    let mut designer = Designer::new(genome, "ga", &Settings::endless(), None, 0).unwrap();
+    designer.advance(&mut evaluator, 2).unwrap();
+    lines.extend(light_lines("natural", &designer.best().unwrap().0));
+    lines
+}
+
 /// What `embed.c`, whose seed is [`SEED`], prints, by the Rust interface.
 fn expected(seed: u64) -> Vec<String> {
     let scene = tetrahedra();
@@ -213,6 +228,7 @@ fn expected(seed: u64) -> Vec<String> {
     }
     let mut judge = GpuEvaluator::new(&context, &scene, &view, other, shading).unwrap();
     lines.extend(quality_lines("judged", &mut judge, Preset::Headlight));
+    lines.extend(by_profile(&context, &scene, &view));
     lines.extend(presets.clone());
     lines.push(line("world", &numbers.map(|number| number as f32)));
     let spot = Light {

@@ -77,6 +77,7 @@ fn the_schema_of_the_result() {
     let mut expected: Vec<String> = [
         "schema",
         "klieg",
+        "profile",
         "scene",
         "seed",
         "size",

@@ -29,6 +29,7 @@ const GROUND: Allele = Allele {
         light.distance = HEIGHT.hypot(ground);
     },
     turns: false,
+    relation: |_| None,
 };
 
 static CEILING: Kind = Kind {

@@ -10,7 +10,7 @@ use klieg::lighting::{LightRecord, Population};
 use klieg::math::color::luminance;
 use klieg::objective::maps::{Maps, PixelType};
 use klieg::objective::terms::TERMS;
-use klieg::objective::{Objective, Quality, Terms};
+use klieg::objective::{MeanTarget, Objective, Quality, Terms};
 use klieg::scene::view::View;
 use klieg_support::gpu::{assert_valid, ball, view, with_tuning};
 use rand::{RngExt, SeedableRng};
@@ -19,11 +19,11 @@ use std::path::Path;
 
 const TOLERANCE: f32 = 1e-4;
 
-/// All of klieg's terms, equally weighed.
+/// All of klieg's terms, equally weighed, with the mean brightness that the scene asks for.
 fn all_terms() -> Objective {
     let weight = 1.0 / TERMS.len() as f32;
     let weights = Terms::named(TERMS.iter().map(|term| (term.name, weight))).expect("their names");
-    Objective { weights, ..Objective::default() }
+    Objective { weights, mean_target: MeanTarget::Scene, ..Objective::default() }
 }
 
 /// The ball, with a target picture that tells a part of it.
@@ -144,6 +144,34 @@ fn every_way_on_the_device_measures_what_the_references_do() {
         }
         assert_valid(&context);
     }
+}
+
+#[test]
+fn devices_aim_at_the_mean_that_the_scene_asks_for() {
+    let view = view(64, 48, false);
+    let weights = Terms::named([("mean", 1.0)]).expect("a term");
+    let objective = Objective { weights, mean_target: MeanTarget::Scene, ..Objective::default() };
+    let context = with_tuning(ways().remove(0));
+    let population = Population::of_records(2, records(3, 4)).expect("rigs");
+    let mut targets = Vec::new();
+    for base in [0.02, 0.3, 0.6, 1.0] {
+        let mut maps = maps(64, 48);
+        maps.surface.base_color.fill([base; 3]);
+        maps.shape.base_luminance = base;
+        let mut gpu = GpuEvaluator::with_maps(&context, &maps, &view, objective, shadings()[0])
+            .expect("an evaluator");
+        let mut scores = vec![0.0; population.len()];
+        gpu.evaluate(&population, &mut scores).expect("scores");
+        let target = MeanTarget::Scene.of(&maps.statistics());
+        for (rig, score) in population.rigs().zip(scores) {
+            let fixed = Objective { mean_target: MeanTarget::Value(target), ..objective };
+            let expected = cpu::fitness::fitness(&maps, &view, &fixed, &shadings()[0], rig).score;
+            assert!((score - expected).abs() < TOLERANCE, "base {base}: {score} {expected}");
+        }
+        targets.push(target);
+    }
+    assert!(targets.is_sorted_by(|a, b| a < b), "{targets:?}");
+    assert_valid(&context);
 }
 
 #[test]

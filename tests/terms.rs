@@ -3,7 +3,9 @@
 use klieg::lighting::direction;
 use klieg::objective::maps::{PixelCounts, Shape, ViewStatistics};
 use klieg::objective::terms::TERMS;
-use klieg::objective::{HISTOGRAM_BINS, Irradiance, Objective, Statistics, Term, Terms, terms};
+use klieg::objective::{
+    HISTOGRAM_BINS, Irradiance, MeanTarget, Objective, Statistics, Term, Terms, terms,
+};
 use std::path::Path;
 
 fn close(a: f64, b: f64, tolerance: f64) {
@@ -127,10 +129,15 @@ fn every_formula_gives_what_a_hand_computes() {
 
 #[test]
 fn the_target_of_the_mean_is_the_objectives() {
-    let objective = Objective { mean_target: 0.25, ..Objective::default() };
     let formula = Term::named("mean").expect("a term").formula;
-    let value = formula(&picture(|p| p.mean = 0.625), &view(), &objective);
-    close(value.into(), 0.5, 1e-6); // of 0.75, the largest distance there can be
+    let judged = |mean_target| {
+        let objective = Objective { mean_target, ..Objective::default() };
+        f64::from(formula(&picture(|p| p.mean = 0.625), &view(), &objective))
+    };
+    // Of 0.75, the largest distance there can be.
+    close(judged(MeanTarget::Value(0.25)), 0.5, 1e-6);
+    // Half of the view's base luminance 0.5 is encoded as 0.5371.
+    close(judged(MeanTarget::Scene), (0.625 - 0.5371) / 0.5371, 1e-3);
 }
 
 #[test]

@@ -2,9 +2,9 @@
 
 use super::edge::{Fault, Outcome, array, free_call, put, text};
 use super::error::klieg_status;
-use super::light::{
-    KLIEG_LIGHT_POINT, as_color, as_kind, as_role, klieg_light, klieg_light_kind, klieg_role,
-};
+use super::light::{as_color, as_kind, as_role, kind, klieg_light, klieg_light_kind, klieg_role};
+use super::settings::as_profile;
+use crate::design::profile::{self, Profile};
 use crate::lighting::genome::{Boxes, Genome, RoleBox};
 use crate::optimize::{GeneticSettings, GreedySettings, Settings, StartSettings, genetic};
 use std::ffi::c_char;
@@ -17,6 +17,12 @@ pub struct klieg_role_box {
     pub elevation: [f32; 2],
     /// Azimuth, degrees, -360 or more; it does not wrap, so that 100..260 is the half circle behind.
     pub azimuth: [f32; 2],
+    /// 1 for azimuths that are measured from the first key light's, positive to the left of a key on the right
+    /// and to the right of any other; else 0. For fill and rim lights beside a key.
+    pub azimuth_from_key: u32,
+    /// 1 for intensities that are shares of the first key light's; else 0. For fill and rim lights beside a
+    /// key.
+    pub share_of_key: u32,
     /// Diffuse intensity, 0 or more.
     pub diffuse: [f32; 2],
     /// Specular intensity, 0 or more.
@@ -29,8 +35,8 @@ pub struct klieg_role_box {
     pub color: [f32; 3],
 }
 
-/// What a designer looks for, and how. `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and
-/// `first`, which it makes empty.
+/// What a designer looks for, and how. The defaults are those of the profile "paper".
+/// `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and `first`, which it makes empty.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct klieg_design {
@@ -98,14 +104,31 @@ pub struct klieg_design {
 /// thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_design_defaults(design: *mut klieg_design) -> klieg_status {
-    let boxes = Boxes::default();
+    // SAFETY: the caller's pointer.
+    free_call(|| unsafe { put(design, c_design(profile::DEFAULT), "design") })
+}
+
+/// As `klieg_design_defaults`, with the lights as the profile of that name has them. Any thread.
+///
+/// `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn klieg_design_profile(
+    design: *mut klieg_design,
+    profile: *const c_char,
+) -> klieg_status {
+    // SAFETY: the caller's pointers.
+    free_call(|| unsafe { put(design, c_design(as_profile(profile)?), "design") })
+}
+
+fn c_design(profile: &Profile) -> klieg_design {
+    let boxes = (profile.boxes)();
     let Settings { start: StartSettings { scattered, spread }, genetic, greedy } =
         Settings::default();
-    let defaults = klieg_design {
+    klieg_design {
         roles: std::ptr::null(),
         lights: 0,
-        kind: KLIEG_LIGHT_POINT,
-        intensities: 2,
+        kind: kind(profile.kind),
+        intensities: if boxes.key.specular.is_some() { 2 } else { 1 },
         key: box_in_c(&boxes.key),
         fill: box_in_c(&boxes.fill),
         rim: box_in_c(&boxes.rim),
@@ -126,15 +149,15 @@ pub unsafe extern "C" fn klieg_design_defaults(design: *mut klieg_design) -> kli
         greedy_end: greedy.end,
         first: std::ptr::null(),
         seed: 0,
-    };
-    // SAFETY: the caller's pointer.
-    free_call(|| unsafe { put(design, defaults, "design") })
+    }
 }
 
 fn box_in_c(space: &RoleBox) -> klieg_role_box {
     klieg_role_box {
         elevation: space.elevation.into(),
         azimuth: space.azimuth.into(),
+        azimuth_from_key: space.azimuth_from_key.into(),
+        share_of_key: space.share_of_key.into(),
         diffuse: space.diffuse.into(),
         specular: space.specular.unwrap_or(space.diffuse).into(),
         distance: space.distance.into(),
@@ -154,12 +177,22 @@ fn as_box(space: &klieg_role_box, intensities: u32) -> Outcome<RoleBox> {
     Ok(RoleBox {
         elevation: space.elevation.into(),
         azimuth: space.azimuth.into(),
+        azimuth_from_key: flag(space.azimuth_from_key, "azimuth_from_key")?,
+        share_of_key: flag(space.share_of_key, "share_of_key")?,
         diffuse: space.diffuse.into(),
         specular,
         distance: space.distance.into(),
         cone: space.cone.into(),
         color: as_color(space.color)?,
     })
+}
+
+fn flag(value: u32, name: &str) -> Outcome<bool> {
+    match value {
+        0 => Ok(false),
+        1 => Ok(true),
+        other => Err(Fault::argument(format!("{name} is {other}: it is 0 or 1"))),
+    }
 }
 
 /// # Safety

@@ -110,7 +110,7 @@ pub unsafe extern "C" fn klieg_evaluator_of_scene(
             let context = &body(context, "context")?.context;
             let scene = body(scene, "scene")?.finished()?;
             let view = View::new(scene, as_camera(given(camera, "camera")?)?, width, height)?;
-            let (objective, shading) = (as_objective(objective)?, as_shading(shading));
+            let (objective, shading) = (as_objective(objective)?, as_shading(shading)?);
             let made = GpuEvaluator::new(context, scene, &view, objective, shading)?;
             Ok(EvaluatorBody::new(Level::Scene(Box::new(made), view.frame)))
         })

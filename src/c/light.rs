@@ -182,7 +182,7 @@ fn role(role: Role) -> klieg_role {
     }
 }
 
-fn kind(kind: LightKind) -> klieg_light_kind {
+pub(super) fn kind(kind: LightKind) -> klieg_light_kind {
     // A kind of another crate is the one that shines as it does.
     match (kind.parallel, kind.cone) {
         (true, _) => KLIEG_LIGHT_DIRECTIONAL,

@@ -1,10 +1,12 @@
 //! What is measured, and how surfaces shine.
 
-use super::edge::{Fault, Outcome, free_call, put, text};
+use super::edge::{Fault, Outcome, choice, free_call, put, text};
 use super::error::klieg_status;
-use crate::lighting::shading::Shading;
+use crate::constants::MEAN_OF_SCENE;
+use crate::design::profile::{self, PROFILES, Profile};
+use crate::lighting::shading::{Brdf, Shading};
 use crate::objective::terms::TERMS;
-use crate::objective::{MAX_TERMS, Objective, Quality, Term, Terms};
+use crate::objective::{MAX_TERMS, MeanTarget, Objective, Quality, Term, Terms};
 use bytemuck::Zeroable;
 use std::ffi::{CString, c_char};
 use std::ptr::null;
@@ -61,7 +63,33 @@ pub struct klieg_quality {
     pub terms: [klieg_term; KLIEG_MAX_TERMS],
 }
 
-/// Settings of the quality function.
+/// A full set of defaults that settings start from, by its name.
+#[repr(C)]
+pub struct klieg_profile_info {
+    /// Its name, as `klieg_objective_profile`, `klieg_shading_profile` and `klieg_design_profile` take it.
+    pub name: *const c_char,
+    /// What it is, in English.
+    pub meaning: *const c_char,
+}
+
+// SAFETY: the strings are klieg's own, and nobody changes or frees them.
+unsafe impl Send for klieg_profile_info {}
+// SAFETY: as above.
+unsafe impl Sync for klieg_profile_info {}
+
+/// `klieg_objective::mean_target` that the scene sets: half of the mean luminance of its base colours,
+/// encoded, kept in 0.25..0.72. An engine that gives no base colours has the uniform one that it names.
+pub const KLIEG_MEAN_TARGET_SCENE: f32 = -1.0;
+const _: () = assert!(KLIEG_MEAN_TARGET_SCENE == MEAN_OF_SCENE);
+
+/// How surfaces reflect: one of `KLIEG_BRDF_...`.
+pub type klieg_brdf = i32;
+/// Lambert, and a Blinn-Phong lobe of the material's width.
+pub const KLIEG_BRDF_BLINN_PHONG: klieg_brdf = 0;
+/// As glTF 2.0 has it: Lambert under GGX.
+pub const KLIEG_BRDF_GLTF: klieg_brdf = 1;
+
+/// Settings of the quality function. The defaults are those of the profile "paper".
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct klieg_objective {
@@ -72,7 +100,7 @@ pub struct klieg_objective {
     pub weights: [klieg_term; KLIEG_MAX_TERMS],
     /// How many of `weights` there are.
     pub weight_count: u32,
-    /// Mean brightness aimed at, sRGB-encoded, 0..1; by default 0.5.
+    /// Mean brightness aimed at, sRGB-encoded, 0..1, or `KLIEG_MEAN_TARGET_SCENE`; by default 0.5.
     pub mean_target: f32,
     /// Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel, above 0;
     /// by default 0.06.
@@ -84,10 +112,12 @@ pub struct klieg_objective {
     pub edge_laplace: f32,
 }
 
-/// Constants of klieg's own shading, which levels 1 and 2 use.
+/// klieg's own shading, which levels 1 and 2 use. The defaults are those of the profile "paper".
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct klieg_shading {
+    /// How surfaces reflect; by default Blinn-Phong.
+    pub brdf: klieg_brdf,
     /// Share of the base colour that is seen without any light, 0 or more; by default 0.03.
     pub ambient: f32,
     /// Specular reflectance of dielectrics at normal incidence, 0..1; by default 0.04.
@@ -103,24 +133,38 @@ pub extern "C" fn klieg_term_at(number: u32) -> *const klieg_term_info {
     usize::try_from(number).ok().and_then(|number| infos().get(number)).map_or(null(), |info| info)
 }
 
+/// Describes the profile of that number, counted from 0; `NULL` beyond the last, which is no error. The
+/// description stays valid as long as the library is loaded. Any thread.
+#[unsafe(no_mangle)]
+pub extern "C" fn klieg_profile_at(number: u32) -> *const klieg_profile_info {
+    static INFOS: OnceLock<Vec<klieg_profile_info>> = OnceLock::new();
+    let infos = INFOS.get_or_init(|| {
+        let info = |profile: &&Profile| klieg_profile_info {
+            name: keep(profile.name),
+            meaning: keep(profile.meaning),
+        };
+        PROFILES.iter().map(info).collect()
+    });
+    usize::try_from(number).ok().and_then(|number| infos.get(number)).map_or(null(), |info| info)
+}
+
 /// Sets the defaults. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_objective_defaults(objective: *mut klieg_objective) -> klieg_status {
-    free_call(|| {
-        let Objective { weights, mean_target, edge_contrast, edge_sobel, edge_laplace } =
-            Objective::default();
-        let (weight_count, weights) = c_terms(&weights);
-        let defaults = klieg_objective {
-            weights,
-            weight_count,
-            mean_target,
-            edge_contrast,
-            edge_sobel,
-            edge_laplace,
-        };
-        // SAFETY: the caller's pointer.
-        unsafe { put(objective, defaults, "objective") }
-    })
+    // SAFETY: the caller's pointer.
+    free_call(|| unsafe { put(objective, c_objective(profile::DEFAULT), "objective") })
+}
+
+/// Sets what the profile of that name has. Any thread.
+///
+/// `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn klieg_objective_profile(
+    objective: *mut klieg_objective,
+    profile: *const c_char,
+) -> klieg_status {
+    // SAFETY: the caller's pointers.
+    free_call(|| unsafe { put(objective, c_objective(as_profile(profile)?), "objective") })
 }
 
 /// Gives a term its weight, 0 or more. The weights then stand in the order of `klieg_term_at`. Any thread.
@@ -150,21 +194,66 @@ pub unsafe extern "C" fn klieg_objective_set_weight(
 /// Sets the defaults. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_shading_defaults(shading: *mut klieg_shading) -> klieg_status {
-    let Shading { ambient, dielectric, max_shininess, .. } = Shading::default();
-    let defaults = klieg_shading { ambient, dielectric, max_shininess };
     // SAFETY: the caller's pointer.
-    free_call(|| unsafe { put(shading, defaults, "shading") })
+    free_call(|| unsafe { put(shading, c_shading(profile::DEFAULT), "shading") })
+}
+
+/// Sets what the profile of that name has. Any thread.
+///
+/// `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn klieg_shading_profile(
+    shading: *mut klieg_shading,
+    profile: *const c_char,
+) -> klieg_status {
+    // SAFETY: the caller's pointers.
+    free_call(|| unsafe { put(shading, c_shading(as_profile(profile)?), "shading") })
+}
+
+/// # Safety
+/// The name is `NULL` or a string.
+pub(super) unsafe fn as_profile(name: *const c_char) -> Outcome<&'static Profile> {
+    // SAFETY: the caller's promise.
+    Ok(Profile::named(unsafe { text(name, "profile") }?)?)
+}
+
+fn c_objective(profile: &Profile) -> klieg_objective {
+    let Objective { weights, mean_target, edge_contrast, edge_sobel, edge_laplace } =
+        (profile.objective)();
+    let (weight_count, weights) = c_terms(&weights);
+    let mean_target = match mean_target {
+        MeanTarget::Value(value) => value,
+        MeanTarget::Scene => KLIEG_MEAN_TARGET_SCENE,
+    };
+    klieg_objective { weights, weight_count, mean_target, edge_contrast, edge_sobel, edge_laplace }
+}
+
+/// In the order of `KLIEG_BRDF_...`.
+const BRDFS: [Brdf; 2] = [Brdf::BlinnPhong, Brdf::Gltf];
+
+fn c_shading(profile: &Profile) -> klieg_shading {
+    let Shading { brdf, ambient, dielectric, max_shininess } = (profile.shading)();
+    let brdf = match brdf {
+        Brdf::BlinnPhong => KLIEG_BRDF_BLINN_PHONG,
+        Brdf::Gltf => KLIEG_BRDF_GLTF,
+    };
+    klieg_shading { brdf, ambient, dielectric, max_shininess }
 }
 
 /// # Safety
 /// `objective` is `NULL`, for the defaults, or valid.
 pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Outcome<Objective> {
     // SAFETY: the caller's promise.
-    let Some(given) = (unsafe { objective.as_ref() }) else { return Ok(Objective::default()) };
+    let Some(given) = (unsafe { objective.as_ref() }) else {
+        return Ok((profile::DEFAULT.objective)());
+    };
     let objective = Objective {
         // SAFETY: the caller's promise.
         weights: unsafe { weights(given) }?,
-        mean_target: given.mean_target,
+        mean_target: match given.mean_target {
+            KLIEG_MEAN_TARGET_SCENE => MeanTarget::Scene,
+            value => MeanTarget::Value(value),
+        },
         edge_contrast: given.edge_contrast,
         edge_sobel: given.edge_sobel,
         edge_laplace: given.edge_laplace,
@@ -192,19 +281,19 @@ unsafe fn weights(objective: &klieg_objective) -> Outcome<Terms> {
 
 /// # Safety
 /// `shading` is `NULL`, for the defaults, or valid.
-pub(super) unsafe fn as_shading(shading: *const klieg_shading) -> Shading {
+pub(super) unsafe fn as_shading(shading: *const klieg_shading) -> Outcome<Shading> {
     // SAFETY: the caller's promise.
-    unsafe { shading.as_ref() }.map_or_else(Shading::default, |given| {
-        let &klieg_shading { ambient, dielectric, max_shininess } = given;
-        Shading { ambient, dielectric, max_shininess, ..Shading::default() }
-    })
+    let Some(given) = (unsafe { shading.as_ref() }) else {
+        return Ok((profile::DEFAULT.shading)());
+    };
+    let &klieg_shading { brdf, ambient, dielectric, max_shininess } = given;
+    let brdf = choice(&BRDFS, brdf, "brdf")?;
+    Ok(Shading { brdf, ambient, dielectric, max_shininess })
 }
 
 /// What `klieg_term_at` gives, in the order of [`TERMS`].
 fn infos() -> &'static [klieg_term_info] {
     static INFOS: OnceLock<Vec<klieg_term_info>> = OnceLock::new();
-    // Strings that the library's users may keep are never freed.
-    let keep = |text: &str| CString::new(text).unwrap_or_default().into_raw().cast_const();
     INFOS.get_or_init(|| {
         let info = |term: &&Term| klieg_term_info {
             name: keep(term.name),
@@ -214,6 +303,11 @@ fn infos() -> &'static [klieg_term_info] {
         };
         TERMS.iter().map(info).collect()
     })
+}
+
+/// Strings that the library's users may keep are never freed.
+fn keep(text: &str) -> *const c_char {
+    CString::new(text).unwrap_or_default().into_raw().cast_const()
 }
 
 /// klieg's own terms and their numbers, as C has them.

@@ -136,7 +136,7 @@ pub unsafe extern "C" fn klieg_evaluator_of_surface(
     unsafe {
         make(evaluator, || {
             let context = &body(context, "context")?.context;
-            let (objective, shading) = (as_objective(objective)?, as_shading(shading));
+            let (objective, shading) = (as_objective(objective)?, as_shading(shading)?);
             let made = SurfaceEvaluator::new(context, [width, height], objective, shading)?;
             Ok(EvaluatorBody::new(Level::Surface(Box::new(made))))
         })

@@ -4,6 +4,7 @@ use super::options::{SceneOptions, TargetOptions};
 use super::print;
 use super::session::Session;
 use super::values::Lights;
+use crate::design::profile;
 use crate::design::start;
 use crate::lighting::angles;
 use crate::lighting::clusters::{Cluster, Clustering};
@@ -95,7 +96,7 @@ struct Array {
 }
 
 pub(super) fn run(options: &Options) -> Result<()> {
-    let mut settings = options.scene.settings()?;
+    let mut settings = options.scene.settings(profile::DEFAULT)?;
     options.target.apply(&mut settings);
     settings.seed = options.seed.unwrap_or(settings.seed);
     let lights = options.lights.as_ref().unwrap_or(&settings.lights.roles).0.len();

@@ -2,7 +2,9 @@
 //! `docs/CONFIGURATION.md` is the reference.
 
 use super::optimizer::OptimizerName;
+use super::profile::ProfileName;
 use super::values::{Device, Lights, Size};
+use crate::design::profile::{self, Profile};
 use crate::error::within;
 use crate::gpu::PipelineKind;
 use crate::lighting::LightKind;
@@ -15,13 +17,16 @@ use crate::render;
 use crate::scene::load::FileAccess;
 use crate::{Error, Result};
 use clap::ValueEnum;
+use serde::de;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Everything that a configuration file can say.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
+    /// What all others start from.
+    pub profile: ProfileName,
     /// Seed of every random choice.
     pub seed: u64,
     /// What computes.
@@ -179,14 +184,70 @@ pub struct LightSettings {
     pub boxes: Boxes,
 }
 
+impl Default for Settings {
+    fn default() -> Self {
+        Self::of(profile::DEFAULT)
+    }
+}
+
 impl Settings {
-    /// The settings of a TOML file; what it does not name has its default.
+    /// The defaults of a profile.
+    pub fn of(profile: &'static Profile) -> Self {
+        let &Profile { roles, kind, .. } = profile;
+        Self {
+            profile: ProfileName(profile),
+            seed: 0,
+            device: Device::default(),
+            allow_outside: false,
+            pipeline: Pipeline::default(),
+            memory: None,
+            view: ViewSettings::default(),
+            lights: LightSettings {
+                roles: Lights(roles.to_vec()),
+                kind,
+                keep: false,
+                boxes: (profile.boxes)(),
+            },
+            objective: (profile.objective)(),
+            shading: (profile.shading)(),
+            start: StartSettings::default(),
+            first: First::default(),
+            optimizer: OptimizerName::default(),
+            search: GeneticSettings::default(),
+            greedy: GreedySettings::default(),
+        }
+    }
+
+    /// The settings of a TOML file. What it does not name is as the profile has it that is `asked` for, else
+    /// the file's own, else the `usual` one.
     ///
     /// # Errors
     /// [`Error::Input`] with file, line and key.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(
+        path: &Path,
+        asked: Option<&'static Profile>,
+        usual: &'static Profile,
+    ) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::input(path, e))?;
-        toml::from_str(&text).map_err(|e| Error::input(path, e.to_string().trim_end()))
+        let fault = |e: toml::de::Error| Error::input(path, e.to_string().trim_end());
+        Self::parse(&text, asked, usual).map_err(fault)
+    }
+
+    /// As [`Settings::read`], of a file's text.
+    fn parse(
+        text: &str,
+        asked: Option<&'static Profile>,
+        usual: &'static Profile,
+    ) -> Result<Self, toml::de::Error> {
+        // Read as a whole, the text tells the lines of its faults.
+        let Self { profile: ProfileName(own), .. } = toml::from_str(text)?;
+        let mut file: toml::Table = toml::from_str(text)?;
+        let named = file.contains_key("profile");
+        let profile = asked.unwrap_or(if named { own } else { usual });
+        file.insert("profile".into(), profile.name.into());
+        let mut table = toml::Table::try_from(Self::of(profile)).map_err(de::Error::custom)?;
+        overlay(&mut table, file);
+        table.try_into()
     }
 
     /// The files that scenes may name.
@@ -223,6 +284,23 @@ impl Settings {
     }
 }
 
+/// Tables of a file that take the place of the defaults' as a whole.
+const WHOLE: [&str; 4] = ["weights", "key", "fill", "rim"];
+
+/// Puts what `over` names in the place of what is there.
+fn overlay(table: &mut toml::Table, over: toml::Table) {
+    for (name, value) in over {
+        match (table.get_mut(&name), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(over))
+                if !WHOLE.contains(&name.as_str()) =>
+            {
+                overlay(inner, over);
+            }
+            (_, value) => drop(table.insert(name, value)),
+        }
+    }
+}
+
 impl ViewSettings {
     fn check(&self) -> Result<()> {
         if self.camera.is_some() && self.framed() {
@@ -240,13 +318,19 @@ impl ViewSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::profile::{NATURAL, PAPER};
     use crate::objective::terms::TERMS;
 
-    /// The TOML blocks of the reference.
-    fn documented() -> String {
+    /// The TOML blocks of the reference, of those that begin with `fence`.
+    fn documented(fence: &str) -> String {
         let page = include_str!("../../docs/CONFIGURATION.md");
-        let blocks = page.split("```toml\n").skip(1);
+        let fence = format!("```{fence}\n");
+        let blocks = page.split(&fence).skip(1);
         blocks.filter_map(|block| block.split("```").next()).collect()
+    }
+
+    fn parse(text: &str) -> Settings {
+        Settings::parse(text, None, profile::DEFAULT).unwrap()
     }
 
     /// All keys of a table, dotted.
@@ -261,17 +345,59 @@ mod tests {
     }
 
     #[test]
-    fn the_documented_defaults_are_the_defaults_and_complete() {
-        let text = documented();
-        let settings: Settings = toml::from_str(&text).unwrap();
-        assert_eq!(settings, Settings::default());
+    fn the_documented_defaults_are_the_paper_s_and_complete() {
+        let text = documented("toml");
+        let settings = parse(&text);
+        assert_eq!(settings, Settings::of(&PAPER));
         settings.check().unwrap();
         let (mut written, mut all) = (Vec::new(), Vec::new());
         keys(&toml::from_str(&text).unwrap(), "", &mut written);
-        keys(&toml::Table::try_from(Settings::default()).unwrap(), "", &mut all);
+        keys(&toml::Table::try_from(&settings).unwrap(), "", &mut all);
         written.sort();
         all.sort();
         assert_eq!(written, all);
+    }
+
+    #[test]
+    fn the_documented_profile_natural_is_all_that_differs_from_the_paper_s() {
+        let text = documented("toml natural");
+        let natural = parse(&text);
+        assert_eq!(natural, Settings::of(&NATURAL));
+        assert_eq!(parse("profile = \"natural\""), natural);
+        natural.check().unwrap();
+        // Without its first line the block still says everything, over the paper's.
+        let rest = text.replace("profile = \"natural\"\n", "");
+        let Settings { profile, .. } = Settings::of(&PAPER);
+        assert_eq!(parse(&rest), Settings { profile, ..natural });
+    }
+
+    #[test]
+    fn a_file_starts_from_the_profile_that_it_names_or_is_asked_for() {
+        let text = "profile = \"natural\"\nseed = 7\n[objective]\nedge_contrast = 0.1\n\
+                    [shading]\nambient = 0.5\n[lights]\nkind = \"spot\"\n";
+        let mut natural = Settings::of(&NATURAL);
+        natural.seed = 7;
+        natural.objective.edge_contrast = 0.1;
+        natural.shading.ambient = 0.5;
+        natural.lights.kind = LightKind::SPOT;
+        assert_eq!(parse(text), natural);
+        assert_eq!(Settings::parse(text, None, &PAPER).unwrap(), natural);
+        let paper = Settings::parse(text, Some(&PAPER), &NATURAL).unwrap();
+        assert_eq!((paper.profile, paper.seed), (ProfileName(&PAPER), 7));
+        assert_eq!(paper.objective.weights, Objective::default().weights);
+        assert_eq!(paper.objective.edge_contrast, 0.1);
+        assert_eq!(Settings::parse("", None, &NATURAL).unwrap(), Settings::of(&NATURAL));
+        // Weights and boxes that are given are taken whole.
+        let text = "[objective.weights]\nedge = 1\n[lights.boxes.fill]\nelevation = [0, 1]\n\
+                    azimuth = [0, 1]\ndiffuse = [0, 1]\ndistance = [1, 2]\n";
+        let given = Settings::parse(text, None, &NATURAL).unwrap();
+        assert!(given.objective.weights.names().eq(["edge"]));
+        assert!(!given.lights.boxes.fill.share_of_key);
+        assert_eq!(given.lights.boxes.rim, natural.lights.boxes.rim);
+        assert_eq!(given.objective.mean_target, natural.objective.mean_target);
+        let fault = Settings::parse("seed = 1\nprofile = \"film\"", None, &PAPER).unwrap_err();
+        let fault = fault.to_string();
+        assert!(fault.contains("line 2") && fault.contains("paper, natural"), "{fault}");
     }
 
     #[test]
@@ -281,10 +407,10 @@ mod tests {
             let key = line.strip_prefix("# ").filter(|rest| rest.split(' ').nth(1) == Some("="));
             format!("{}\n", key.unwrap_or(line))
         };
-        let text = documented();
+        let text = documented("toml");
         let lines = text.lines().filter(|line| !line.starts_with("# camera"));
         let text: String = lines.map(uncomment).collect();
-        let settings: Settings = toml::from_str(&text).unwrap();
+        let settings = parse(&text);
         assert!(settings.view.framed() && settings.view.size == Some(Size([512, 512])));
         settings.check().unwrap();
     }
@@ -293,7 +419,7 @@ mod tests {
     fn faults_name_file_line_and_key() {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), "seed = 1\n[search]\npopulatoin = 3\n").unwrap();
-        let fault = Settings::read(file.path()).unwrap_err();
+        let fault = Settings::read(file.path(), None, profile::DEFAULT).unwrap_err();
         let text = fault.to_string();
         assert!(fault.is_input());
         assert!(text.contains(&file.path().display().to_string()), "{text}");
@@ -302,7 +428,8 @@ mod tests {
 
     #[test]
     fn weights_are_those_of_any_terms() {
-        let read = |text: &str| toml::from_str::<Settings>(text).map(|settings| settings.objective);
+        let read =
+            |text: &str| Settings::parse(text, None, &PAPER).map(|settings| settings.objective);
         let objective = read("[objective.weights]\nrelief = 0.5\nedge = 0\nmean = 0.25").unwrap();
         let weights: Vec<_> = objective.weights.iter().map(|(t, w)| (t.name, w)).collect();
         assert_eq!(weights, [("edge", 0.0), ("mean", 0.25), ("relief", 0.5)]);
@@ -321,6 +448,7 @@ mod tests {
     fn values_out_of_range_are_refused() {
         for text in [
             "[objective]\nmean_target = nan",
+            "[objective]\nmean_target = -1",
             "[objective]\nedge_contrast = 0.0",
             "[objective.weights]\nedge = -1.0\nmean = 1.0\ngrad = 1.0\nvar = 1.0\nhist = 1.0",
             "[objective.weights]\nedge = 0.0\nmean = 0.0\ngrad = 0.0\nvar = 0.0\nhist = 0.0",
@@ -333,7 +461,7 @@ mod tests {
             "[greedy]\nstarts = 0",
             "[greedy]\nstarts = 1025",
         ] {
-            let settings: Settings = toml::from_str(text).unwrap();
+            let settings = parse(text);
             assert!(settings.check().is_err(), "{text}");
         }
         for text in ["[view]\nsize = \"0x5\"", "[lights]\nroles = 17", "device = true"] {

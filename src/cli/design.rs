@@ -7,6 +7,7 @@ use super::picture::PictureOptions;
 use super::print;
 use super::progress::{self, Interrupt};
 use super::session::Session;
+use crate::design::profile;
 use crate::design::{Outcome, Progress};
 use crate::lighting::genome::Genome;
 use crate::report::Staging;
@@ -38,7 +39,7 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.scene.settings()?;
+        let mut settings = self.scene.settings(profile::DEFAULT)?;
         self.target.apply(&mut settings);
         self.search.apply(&mut settings)?;
         self.picture.apply(&mut settings);

@@ -97,7 +97,7 @@ pub(super) fn search(
 /// The search's settings in words.
 fn in_words(settings: &Settings) -> String {
     let words = (settings.optimizer.0.words)(&settings.optimizers());
-    format!("seed {}, {words}", settings.seed)
+    format!("profile {}, seed {}, {words}", settings.profile.0.name, settings.seed)
 }
 
 /// Most pixels of a side of the pictures under usual rigs that the report alone shows.

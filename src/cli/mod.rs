@@ -15,6 +15,7 @@ mod paper;
 mod picture;
 mod pipelines;
 mod print;
+mod profile;
 mod progress;
 mod render;
 mod rig;

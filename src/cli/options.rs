@@ -3,8 +3,10 @@
 use super::config::{CameraKey, First, Pipeline, Settings, ViewSettings};
 use super::lights::{Intensities, LightOptions, kinds};
 use super::optimizer::OptimizerName;
+use super::profile::ProfileOptions;
 use super::values::{Device, Lights, Size, Weights};
 use crate::Result;
+use crate::design::profile::Profile;
 use crate::lighting::LightKind;
 use crate::lighting::shading::Brdf;
 use clap::{Args, ValueEnum};
@@ -39,12 +41,14 @@ pub(super) struct LookOptions {
     /// Vertical field of view of the framing in degrees [framing's default: 35]
     #[arg(long, value_name = "DEGREES")]
     fov: Option<f64>,
+    #[command(flatten)]
+    profile: ProfileOptions,
     /// Weights of the terms in 'klieg terms', such as grad=0.5,relief=0.2: they are set, all others stay.
     /// Five numbers are those of the paper's terms edge,mean,grad,var,hist, which alone then count
-    /// [default: 0.2 for each of the paper's]
+    /// [default: the profile's]
     #[arg(long, value_name = "WEIGHTS", allow_hyphen_values = true)]
     weights: Option<Weights>,
-    /// How surfaces reflect [default: blinn-phong, the paper's]
+    /// How surfaces reflect [default: the profile's]
     #[arg(long, value_name = "BRDF")]
     brdf: Option<Reflection>,
     /// Let scenes name files outside their own folders too: by '..', by absolute paths or 'file:'
@@ -97,13 +101,13 @@ pub(super) struct TargetOptions {
 #[derive(Debug, Args)]
 pub(super) struct SearchOptions {
     /// The lights: roles such as key,fill,rim, or a number from 1 to 16 (a key, a fill, a rim, then
-    /// fills and rims in turn) [default: key,fill]
+    /// fills and rims in turn) [default: the profile's, key,fill]
     #[arg(long, value_name = "ROLES|NUMBER")]
     lights: Option<Lights>,
-    /// Kind of the lights [default: point]
+    /// Kind of the lights [default: the profile's, point]
     #[arg(long, value_parser = kinds())]
     kind: Option<LightKind>,
-    /// Intensities of each light [default: two]
+    /// Intensities of each light [default: the profile's; paper: two]
     #[arg(long, value_name = "NUMBER")]
     intensities: Option<Intensities>,
     #[command(flatten)]
@@ -130,19 +134,23 @@ impl SceneOptions {
     ///
     /// # Errors
     /// The same.
-    pub fn settings(&self) -> Result<Settings> {
-        self.look.settings()
+    pub fn settings(&self, usual: &'static Profile) -> Result<Settings> {
+        self.look.settings(usual)
     }
 }
 
 impl LookOptions {
-    /// The configuration file's settings, or the defaults, with these options in their place.
+    /// The configuration file's settings, or the defaults, with these options in their place. The `usual`
+    /// profile is that of a command where nobody names one.
     ///
     /// # Errors
     /// [`crate::Error::Input`] when the file cannot be used.
-    pub fn settings(&self) -> Result<Settings> {
-        let mut settings =
-            self.config.as_deref().map(Settings::read).transpose()?.unwrap_or_default();
+    pub fn settings(&self, usual: &'static Profile) -> Result<Settings> {
+        let asked = self.profile.asked();
+        let mut settings = match &self.config {
+            Some(path) => Settings::read(path, asked, usual)?,
+            None => Settings::of(asked.unwrap_or(usual)),
+        };
         settings.view.overlay(&ViewSettings {
             camera: self.camera.clone().map(CameraKey::Name),
             azimuth: self.azimuth,

@@ -6,6 +6,7 @@ use super::progress::Watch;
 use super::session::Session;
 use super::values::Size;
 use crate::cli::config::Settings;
+use crate::design::profile;
 use crate::lighting::Role;
 use crate::lighting::genome::Genome;
 use crate::optimize;
@@ -61,7 +62,7 @@ struct Plan {
 
 impl Options {
     fn plan(&self) -> Result<Plan> {
-        let mut settings = Settings { seed: self.seed, ..Settings::default() };
+        let mut settings = Settings { seed: self.seed, ..Settings::of(&profile::PAPER) };
         self.target.apply(&mut settings);
         let (side, runs, grid) = if self.quick {
             settings.search.generations = 12;

@@ -5,6 +5,7 @@ use super::options::{SceneOptions, TargetOptions};
 use super::print;
 use super::session::{Session, warn};
 use super::values::LightArg;
+use crate::design::profile;
 use crate::lighting::presets::Preset;
 use crate::lighting::{LightKind, Rig, Role, check_number};
 use crate::report::json::{self, LightRecord, Score};
@@ -58,7 +59,7 @@ impl From<PresetName> for Preset {
 pub(super) fn run(options: &Options) -> Result<()> {
     // None is no fault: the scene's own lights or a preset are meant then.
     check_number(options.lights.len().max(1))?;
-    let mut settings = options.scene.settings()?;
+    let mut settings = options.scene.settings(profile::DEFAULT)?;
     options.target.apply(&mut settings);
     options.look.apply(&mut settings)?;
     if options.look.colored() && options.lights.is_empty() && options.preset.is_none() {

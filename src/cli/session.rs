@@ -4,6 +4,7 @@ use super::config::{Settings, ViewSettings};
 use super::device::{self, Opened};
 use super::picture;
 use super::pipelines::Stored;
+use super::profile::ProfileName;
 use super::values::{Device, Size};
 use crate::Error;
 use crate::cpu::{self, CpuEvaluator};
@@ -161,7 +162,8 @@ impl Session {
 
     /// What a result of `schema` begins with.
     pub fn header(&self, schema: &'static str) -> Header {
-        Header::new(schema, &self.scene, &self.view, self.evaluator.device())
+        let ProfileName(profile) = self.settings.profile;
+        Header::new(schema, profile, (&self.scene, &self.view), self.evaluator.device())
     }
 
     /// The genome with the lights that are kept.

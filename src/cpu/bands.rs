@@ -3,11 +3,12 @@
 
 use super::compact::{Band, ColorGroup, LANES, Pixels, Shaped};
 use super::fitness;
-use super::kernels::{self, AppearanceSums, Tile};
+use super::kernels::{self, AppearanceSums, Casting, Tile};
 use crate::constants::NO_TARGET;
 use crate::lighting::shading::{Brdf, Shading};
 use crate::lighting::{LightRecord, Population};
 use crate::objective::maps::{Maps, PixelCounts};
+use crate::objective::shadows::Shadows;
 use crate::objective::{
     DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, HISTOGRAM_BINS, Irradiance, Needs, Objective,
     Statistics,
@@ -23,6 +24,8 @@ pub struct Bands {
     pub pixels: Pixels,
     /// Cut into bands.
     pub bands: Vec<Band>,
+    /// Positions and polygons' normals, for lights within the scene; empty without shadows.
+    places: Vec<[[f32; 3]; 2]>,
     shading: Shading,
     needs: Needs,
     edge_contrast: f32,
@@ -92,6 +95,7 @@ impl Bands {
             weight: maps.normal_gradient[at].min(DETAIL_MOST),
             scale: 1.0 / (DETAIL_SHARE * maps.normal_gradient[at]).max(DETAIL_LEAST),
         };
+        let place = |at: usize| [maps.surface.position[at], maps.surface.face[at]];
         let target = |at: usize| maps.target.get(at).copied().unwrap_or(NO_TARGET);
         Self {
             bands: pixels.bands(maps),
@@ -100,6 +104,7 @@ impl Bands {
             detail_weight: maps.shape.detail_weight,
             target: if needs.target { pixels.numbers(target) } else { Vec::new() },
             told: maps.told(),
+            places: if maps.shadows.is_some() { pixels.numbers(place) } else { Vec::new() },
             pixels,
             shading,
             needs,
@@ -112,7 +117,8 @@ impl Bands {
     /// How the lights of a population are shaded.
     pub fn shade(&self, population: &Population, maps: &Maps) -> Shade {
         let blinn_phong = self.shading.brdf == Brdf::BlinnPhong;
-        if blinn_phong && !self.needs.lights() && population.is_plain() {
+        let plain = blinn_phong && !self.needs.lights() && maps.shadows.is_none();
+        if plain && population.is_plain() {
             return Shade::Plain;
         }
         self.colors.get_or_init(|| self.pixels.colors(maps, &self.shading));
@@ -129,7 +135,7 @@ impl Bands {
         &self,
         band: &Band,
         (rigs, lights): (&[LightRecord], usize),
-        shade: Shade,
+        (shade, shadows): (Shade, Option<&Shadows>),
         room: &mut [Tile],
         parts: &mut [Part],
     ) {
@@ -138,8 +144,10 @@ impl Bands {
         match (shade, self.colors.get()) {
             (Shade::Color, Some(colors)) => {
                 let colors = &colors[band.groups.clone()];
-                let brdf = self.shading.brdf;
-                kernels::shade_color((groups, colors), (rigs, lights), brdf, room, stride);
+                let (brdf, first) = (self.shading.brdf, band.groups.start);
+                let casting = Casting { shadows, places: &self.places, first };
+                let planes = (&mut *room, stride);
+                kernels::shade_color((groups, colors), &casting, (rigs, lights), brdf, planes);
             }
             _ => kernels::shade(groups, rigs, lights, room, stride),
         }

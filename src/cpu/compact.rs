@@ -143,11 +143,10 @@ impl Pixels {
 
     /// What shading in colour needs of the pixels.
     pub fn colors(&self, maps: &Maps, shading: &Shading) -> Vec<ColorGroup> {
-        let surface = &maps.surface;
         let mut colors = vec![ColorGroup::default(); self.groups.len()];
         for (i, &at) in self.at.iter().enumerate() {
             let (group, lane, at) = (&mut colors[i / LANES], i % LANES, at as usize);
-            let looks = surface.reflectance(shading, at);
+            let looks = maps.reflectance(shading, at);
             let Coefficients { diffuse, specular, lobe } = looks.coefficients(shading.brdf);
             group.lobe[lane] = lobe;
             for channel in 0..3 {

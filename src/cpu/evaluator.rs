@@ -98,6 +98,7 @@ impl CpuEvaluator {
             })
             .for_each(|(band, parts, rigs)| {
                 self.with_room(shade, |room| {
+                    let shade = (shade, self.maps.shadows.as_ref());
                     self.bands.measure(band, (rigs, lights), shade, room, parts);
                 });
             });
@@ -141,6 +142,7 @@ impl Evaluator for CpuEvaluator {
         let rigs = (population.records(), rig.len());
         for (band, part) in self.bands.bands.iter().zip(&mut parts) {
             self.with_room(shade, |room| {
+                let shade = (shade, self.maps.shadows.as_ref());
                 self.bands.measure(band, rigs, shade, room, std::slice::from_mut(part));
                 let own: &[f32] = bytemuck::cast_slice(room);
                 for (&i, &at) in own[band.own.clone()].iter().zip(&mut at) {

@@ -62,13 +62,21 @@ fn lit(
     }
     let (position, normal) = (Vec3::from(surface.position[at]), Vec3::from(surface.normal[at]));
     let place = Place { position, normal, to_viewer: view.towards_viewer(position) };
-    let looks = surface.reflectance(shading, at);
+    let looks = maps.reflectance(shading, at);
+    let visibility = |light: &LightRecord| match maps.shadows.as_ref() {
+        Some(shadows) => {
+            let number = shadows.number(at).unwrap_or(0);
+            shadows.light(number, light, position, surface.face[at].into())
+        }
+        None => 1.0,
+    };
     let unlit = Response { radiance: looks.unlit, irradiance: 0.0 };
     Some(rig.iter().fold(unlit, |sum, light| {
         let one = shading.response(light, &place, &looks);
+        let seen = visibility(light);
         Response {
-            radiance: sum.radiance + one.radiance,
-            irradiance: sum.irradiance + one.irradiance,
+            radiance: sum.radiance + one.radiance * seen,
+            irradiance: sum.irradiance + one.irradiance * seen,
         }
     }))
 }

@@ -4,6 +4,7 @@
 
 mod batch;
 mod designer;
+pub mod profile;
 pub mod race;
 pub mod start;
 #[cfg(test)]

@@ -115,8 +115,10 @@ pub fn from_rig(genome: &Genome, rig: &[Light]) -> Result<Vec<f32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lighting::LightKind;
+    use crate::design::profile;
     use crate::lighting::genome::Boxes;
+    use crate::lighting::presets::Preset;
+    use crate::lighting::{LightKind, direction};
     use crate::optimize::start::{StartSettings, population};
     use proptest::prelude::*;
     use rand::SeedableRng;
@@ -216,5 +218,30 @@ mod tests {
         assert_eq!(start[..2], [key, fill]);
         assert_eq!((start[2].role, start[2].diffuse), (Role::Rim, 1.0));
         assert!(from_rig(&genome, &[key, fill]).is_err());
+    }
+
+    #[test]
+    fn searches_of_relative_boxes_start_inside_them() {
+        let boxes = (profile::NATURAL.boxes)();
+        for preset in Preset::ALL {
+            let rig = preset.rig();
+            let roles: Vec<Role> = rig.iter().map(|light| light.role).collect();
+            let genome = Genome::new(&roles, LightKind::DIRECTIONAL, &boxes).unwrap();
+            let start = from_rig(&genome, &rig).unwrap();
+            assert!(genome.bounds().iter().zip(&start).all(|(r, &x)| r.contains(x)), "{preset:?}");
+            let again = genome.encode(&genome.decode(&start));
+            assert!(start.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-5), "{preset:?}");
+        }
+        // Both clusters to the right: the fill is as near to its own as it may stand.
+        let clusters = [(40f32, 9), (70.0, 4)].map(|(azimuth, size)| Cluster {
+            direction: direction(0.3, azimuth.to_radians()),
+            size,
+        });
+        let genome = profile::NATURAL.genome().unwrap();
+        let rig = genome.decode(&from_clusters(&genome, &clusters));
+        let azimuths: Vec<_> = rig.iter().map(|l| l.azimuth.to_degrees().round()).collect();
+        assert_eq!(azimuths, [40.0, 20.0]);
+        // Intensities are in the middle of their ranges: the fill's is a share of the key's.
+        assert!((rig[1].diffuse - 0.325 * rig[0].diffuse).abs() < 1e-6);
     }
 }

@@ -1,110 +1,16 @@
 //! Real-coded chromosomes of rigs: one allele for each value of each light (Ha and Olivier 2006,
 //! section 4), in the light's own units.
 
-use super::kinds::Allele;
+mod boxes;
+
 use super::kinds::alleles::{AZIMUTH, ELEVATION};
-use super::{Color, Light, LightKind, MAX_LIGHTS, Rig, Role, check_number};
+use super::kinds::{Allele, Relation};
+use super::{Light, LightKind, MAX_LIGHTS, Rig, Role, check_number};
 use crate::math::frame::Frame;
 use crate::math::range::Range;
 use crate::{Error, Result};
-use serde::{Deserialize, Serialize};
-
-/// The values that lights of one role may have.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RoleBox {
-    /// Elevation, degrees.
-    pub elevation: Range,
-    /// Azimuth, degrees; a box does not wrap, so 100..260 is the half circle behind.
-    pub azimuth: Range,
-    /// Diffuse intensity; the only one where there is no `specular`.
-    pub diffuse: Range,
-    /// Specular intensity, where it is free of the diffuse one; `None` for lights of one intensity, as
-    /// lamps are.
-    pub specular: Option<Range>,
-    /// Distance from the scene's centre, scene radii.
-    pub distance: Range,
-    /// Half angle of the cone of kinds that have one, degrees.
-    #[serde(default = "cone")]
-    pub cone: Range,
-    /// Colour of the lights.
-    #[serde(default)]
-    pub color: Color,
-}
-
-/// Half angles of cones: the lower end of theatre's spotlights to a flood.
-const fn cone() -> Range {
-    Range::new(10.0, 60.0)
-}
-
-/// The box of each role. The numbers are our reconstruction, save the key's quarter sphere.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Boxes {
-    /// Key lights.
-    pub key: RoleBox,
-    /// Fill lights.
-    pub fill: RoleBox,
-    /// Rim lights.
-    pub rim: RoleBox,
-}
-
-impl Default for Boxes {
-    fn default() -> Self {
-        let distance = Range::new(1.5, 5.0);
-        let weak = Range::new(0.0, 1.0);
-        let key = RoleBox {
-            elevation: Range::new(0.0, 90.0),
-            azimuth: Range::new(-90.0, 90.0),
-            diffuse: Range::new(0.0, 2.0),
-            specular: Some(Range::new(0.0, 2.0)),
-            distance,
-            cone: cone(),
-            color: Color::WHITE,
-        };
-        let elevation = Range::new(-30.0, 90.0);
-        let fill = RoleBox { elevation, diffuse: weak, specular: Some(weak), ..key };
-        let rim = RoleBox { azimuth: Range::new(100.0, 260.0), ..fill };
-        Self { key, fill, rim }
-    }
-}
-
-impl Boxes {
-    /// The box of a role.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] for [`Role::Scene`], whose lights are not searched.
-    pub fn of(&self, role: Role) -> Result<&RoleBox> {
-        match role {
-            Role::Key => Ok(&self.key),
-            Role::Fill => Ok(&self.fill),
-            Role::Rim => Ok(&self.rim),
-            Role::Scene => Err(not_searched()),
-        }
-    }
-
-    /// As [`Boxes::of`], to be changed.
-    ///
-    /// # Errors
-    /// The same.
-    pub fn of_mut(&mut self, role: Role) -> Result<&mut RoleBox> {
-        match role {
-            Role::Key => Ok(&mut self.key),
-            Role::Fill => Ok(&mut self.fill),
-            Role::Rim => Ok(&mut self.rim),
-            Role::Scene => Err(not_searched()),
-        }
-    }
-
-    /// All of them.
-    pub fn all_mut(&mut self) -> [&mut RoleBox; 3] {
-        [&mut self.key, &mut self.fill, &mut self.rim]
-    }
-}
-
-fn not_searched() -> Error {
-    Error::Argument("the scene's own lights are not searched: roles are key, fill and rim".into())
-}
+pub use boxes::{Boxes, RoleBox};
+use boxes::{check, no_range};
 
 /// The codec between rigs and chromosomes. A light's alleles are those of its kind
 /// ([`Kind::alleles`](super::kinds::Kind::alleles)) that its role's box gives a range.
@@ -119,35 +25,71 @@ pub struct Genome {
 /// A light that is searched.
 #[derive(Debug, Clone)]
 struct Searched {
-    /// What no allele says.
+    /// What no gene says.
     light: Light,
     /// What the search may change, in the chromosome's order.
-    alleles: Vec<&'static Allele>,
+    genes: Vec<Gene>,
+}
+
+/// A value of a light that is searched.
+#[derive(Debug, Clone, Copy)]
+struct Gene {
+    allele: &'static Allele,
+    range: Range,
+    relation: Option<Relation>,
+}
+
+impl Gene {
+    /// The nearest value of its range to that of a light.
+    fn encode(&self, light: &Light, key: &Light) -> f32 {
+        let value = |light| (self.allele.get)(light);
+        let value = match self.relation {
+            Some(relation) => relation.relative(value(light), value(key)),
+            None => value(light),
+        };
+        let range = &self.range;
+        if self.allele.turns { nearest_turn(value, range) } else { range.nearest(value) }
+    }
+
+    fn decode(&self, value: f32, light: &mut Light, key: &Light) {
+        let value = match self.relation {
+            Some(relation) => relation.absolute(value, (self.allele.get)(key)),
+            None => value,
+        };
+        (self.allele.set)(light, value);
+    }
 }
 
 impl Searched {
-    /// A light of a role and its ranges.
-    fn new(role: Role, kind: LightKind, boxes: &Boxes) -> Result<(Self, Vec<Range>)> {
+    /// A light of one of `roles`. Without a key among them nothing is relative to it.
+    fn new(role: Role, roles: &[Role], kind: LightKind, boxes: &Boxes) -> Result<Self> {
         let space = boxes.of(role)?;
         check(role, space)?;
-        let known = kind.alleles().iter();
-        let (alleles, bounds): (Vec<&Allele>, Vec<Range>) =
-            known.filter_map(|allele| Some((allele, (allele.range)(space)?))).unzip();
-        for (allele, range) in std::iter::zip(&alleles, &bounds) {
+        let keyed = roles.contains(&Role::Key);
+        let gene = |allele: &'static Allele| {
+            let relation = (allele.relation)(space).filter(|_| keyed);
+            Some(Gene { allele, range: (allele.range)(space)?, relation })
+        };
+        let genes: Vec<Gene> = kind.alleles().iter().filter_map(gene).collect();
+        for Gene { allele, range, .. } in &genes {
             if !range.is_valid() {
                 return Err(no_range(role, allele.name, range));
             }
         }
         let light = Light { role, kind, color: space.color, ..Light::default() };
-        Ok((Self { light, alleles }, bounds))
+        Ok(Self { light, genes })
     }
 
-    fn decode(&self, values: &[f32]) -> Light {
+    fn decode(&self, values: &[f32], key: &Light) -> Light {
         let mut light = self.light;
-        for (allele, &value) in std::iter::zip(&self.alleles, values) {
-            (allele.set)(&mut light, value);
+        for (gene, &value) in std::iter::zip(&self.genes, values) {
+            gene.decode(value, &mut light, key);
         }
         light
+    }
+
+    fn encode(&self, light: &Light, key: &Light) -> Vec<f32> {
+        self.genes.iter().map(|gene| gene.encode(light, key)).collect()
     }
 }
 
@@ -159,12 +101,10 @@ impl Genome {
     /// not finite or has negative intensities or distances.
     pub fn new(roles: &[Role], kind: LightKind, boxes: &Boxes) -> Result<Self> {
         check_number(roles.len())?;
-        let (mut searched, mut bounds) = (Vec::new(), Vec::new());
-        for &role in roles {
-            let (light, ranges) = Searched::new(role, kind, boxes)?;
-            searched.push(light);
-            bounds.extend(ranges);
-        }
+        let searched = roles.iter().map(|&role| Searched::new(role, roles, kind, boxes));
+        let searched: Vec<_> = searched.collect::<Result<_>>()?;
+        let bounds =
+            searched.iter().flat_map(|light| &light.genes).map(|gene| gene.range).collect();
         Ok(Self { roles: roles.to_vec(), searched, bounds, fixed: Rig::new() })
     }
 
@@ -205,40 +145,47 @@ impl Genome {
     }
 
     /// The alleles of a searched light, in the order of the chromosome.
-    pub fn alleles(&self, light: usize) -> &[&'static Allele] {
-        &self.searched[light].alleles
+    pub fn alleles(&self, light: usize) -> impl Iterator<Item = &'static Allele> {
+        self.searched[light].genes.iter().map(|gene| gene.allele)
     }
 
     /// The rig of a chromosome.
-    pub fn decode(&self, mut chromosome: &[f32]) -> Rig {
-        let mut decode = |searched: &Searched| {
-            let values = chromosome.split_off(..searched.alleles.len()).unwrap_or_default();
-            searched.decode(values)
-        };
-        let lights: Rig = self.searched.iter().map(&mut decode).collect();
-        lights.into_iter().chain(self.fixed.iter().copied()).collect()
+    pub fn decode(&self, chromosome: &[f32]) -> Rig {
+        let absolute = Light::default();
+        let key = self.parts(chromosome).find(|(light, _)| light.light.role == Role::Key);
+        let key = key.map_or(absolute, |(light, values)| light.decode(values, &absolute));
+        let searched = self.parts(chromosome).map(|(light, values)| light.decode(values, &key));
+        searched.chain(self.fixed.iter().copied()).collect()
+    }
+
+    /// Each light with its part of a chromosome.
+    fn parts<'a>(
+        &'a self,
+        mut chromosome: &'a [f32],
+    ) -> impl Iterator<Item = (&'a Searched, &'a [f32])> {
+        self.searched.iter().map(move |light| {
+            (light, chromosome.split_off(..light.genes.len()).unwrap_or_default())
+        })
     }
 
     /// The chromosome of a rig's searched lights, which come first, each allele moved to the nearest value
-    /// of its box; azimuths are turned by full circles first.
+    /// of its box; azimuths are turned by full circles first. What is relative to the key is so to the key as
+    /// its box has it.
     pub fn encode(&self, rig: &[Light]) -> Vec<f32> {
-        let values = std::iter::zip(&self.searched, rig).flat_map(|(searched, light)| {
-            searched.alleles.iter().map(move |a| (a, (a.get)(light)))
+        let absolute = Light::default();
+        let lights = || std::iter::zip(&self.searched, rig);
+        let key = lights().find(|(searched, _)| searched.light.role == Role::Key);
+        let key = key.map_or(absolute, |(searched, light)| {
+            searched.decode(&searched.encode(light, &absolute), &absolute)
         });
-        std::iter::zip(values, &self.bounds)
-            .map(
-                |((allele, value), range)| {
-                    if allele.turns { nearest_turn(value, range) } else { range.nearest(value) }
-                },
-            )
-            .collect()
+        lights().flat_map(|(searched, light)| searched.encode(light, &key)).collect()
     }
 
     /// # Errors
     /// [`Error::Argument`] unless the first values of each light are its elevation and its azimuth.
     pub(crate) fn check_angles(&self) -> Result<()> {
         let named = |light: &Searched| {
-            let names: Vec<_> = light.alleles.iter().map(|allele| allele.name).collect();
+            let names: Vec<_> = light.genes.iter().map(|gene| gene.allele.name).collect();
             names.starts_with(&[ELEVATION.name, AZIMUTH.name])
         };
         match self.searched.iter().find(|light| !named(light)) {
@@ -264,30 +211,10 @@ fn nearest_turn(angle: f32, range: &Range) -> f32 {
     range.nearest(nearest.unwrap_or(angle))
 }
 
-fn check(role: Role, space: &RoleBox) -> Result<()> {
-    let RoleBox { elevation, azimuth, diffuse, specular, distance, cone, color: _ } = space;
-    for (name, range, least, most) in [
-        ("elevation", elevation, -90.0, f32::MAX),
-        ("azimuth", azimuth, -360.0, f32::MAX),
-        ("diffuse", diffuse, 0.0, f32::MAX),
-        ("specular", specular.as_ref().unwrap_or(diffuse), 0.0, f32::MAX),
-        ("distance", distance, f32::MIN_POSITIVE, f32::MAX),
-        ("cone", cone, 0.1, 90.0),
-    ] {
-        if !range.is_valid() || range.low < least || range.high > most {
-            return Err(no_range(role, name, range));
-        }
-    }
-    Ok(())
-}
-
-fn no_range(role: Role, name: &str, &Range { low, high }: &Range) -> Error {
-    Error::Argument(format!("the {role:?} box's {name} {low}..{high} is not a range of values"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lighting::Color;
     use crate::lighting::kinds::KINDS;
     use proptest::prelude::*;
 
@@ -310,6 +237,100 @@ mod tests {
         }
     }
 
+    /// Fill and rim relative to the key, of one intensity.
+    fn relative() -> Boxes {
+        let mut boxes = Boxes::default();
+        boxes.all_mut().into_iter().for_each(|space| space.specular = None);
+        for space in [&mut boxes.fill, &mut boxes.rim] {
+            (space.azimuth_from_key, space.share_of_key) = (true, true);
+        }
+        boxes.fill.azimuth = Range::new(20.0, 110.0);
+        boxes
+    }
+
+    fn near(a: &[f32], b: &[f32]) -> bool {
+        std::iter::zip(a, b).all(|(a, b)| (a - b).abs() < 1e-4 * a.abs().max(1.0))
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_relative_to_the_key_is_decoded_and_encoded_too(
+            shares in prop::collection::vec(0.01f32..=1.0, 24), kind in 0..KINDS.len(),
+            order in Just([Role::Key, Role::Fill, Role::Rim, Role::Key]).prop_shuffle(), two: bool,
+        ) {
+            let mut boxes = relative();
+            if two {
+                boxes.all_mut().into_iter().for_each(|space| space.specular = Some(space.diffuse));
+            }
+            let genome = Genome::new(&order, KINDS[kind], &boxes).unwrap();
+            let place = |(r, t): (&Range, &f32)| r.at(*t);
+            let chromosome: Vec<f32> = genome.bounds().iter().zip(&shares).map(place).collect();
+            let rig = genome.decode(&chromosome);
+            let again = genome.encode(&rig);
+            prop_assert!(near(&again, &chromosome), "{again:?} {chromosome:?}");
+            for (light, role) in rig.iter().zip(order) {
+                prop_assert_eq!(light.role, role);
+            }
+        }
+    }
+
+    /// Azimuths in degrees and intensities, of alleles by which a genome decodes to directional lights.
+    fn placed(roles: &[Role], alleles: &[[f32; 2]]) -> (Genome, Vec<[f32; 2]>) {
+        let genome = Genome::new(roles, LightKind::DIRECTIONAL, &relative()).unwrap();
+        let gene = |&[azimuth, intensity]: &[f32; 2]| [0.5, azimuth.to_radians(), intensity];
+        let rig = genome.decode(&alleles.iter().flat_map(gene).collect::<Vec<_>>());
+        let place = |light: &Light| [light.azimuth.to_degrees().round(), light.diffuse];
+        (genome, rig.iter().map(place).collect())
+    }
+
+    #[test]
+    fn a_fill_stands_across_from_its_key_with_a_share_of_its_intensity() {
+        use Role::{Fill, Key, Rim};
+        let (_, right) = placed(&[Key, Fill], &[[30.0, 1.5], [50.0, 0.5]]);
+        assert_eq!(right, [[30.0, 1.5], [-20.0, 0.75]]);
+        let (_, left) = placed(&[Key, Fill], &[[-30.0, 1.5], [50.0, 0.5]]);
+        assert_eq!(left, [[-30.0, 1.5], [20.0, 0.75]]);
+        // The first key counts, wherever it stands.
+        let (_, many) = placed(
+            &[Fill, Key, Rim, Key, Fill],
+            &[[100.0, 0.5], [40.0, 2.0], [140.0, 0.25], [-80.0, 1.0], [30.0, 1.0]],
+        );
+        let expected = [[-60.0, 1.0], [40.0, 2.0], [-100.0, 0.5], [-80.0, 1.0], [10.0, 2.0]];
+        assert_eq!(many, expected);
+        // Without a key, values stand for themselves.
+        let (_, alone) = placed(&[Fill, Rim], &[[50.0, 0.5], [120.0, 0.25]]);
+        assert_eq!(alone, [[50.0, 0.5], [120.0, 0.25]]);
+    }
+
+    #[test]
+    fn given_rigs_move_to_the_nearest_values_relative_to_the_key() {
+        let (genome, _) = placed(&[Role::Key, Role::Fill], &[[0.0, 1.0], [20.0, 0.5]]);
+        let encode = |key: [f32; 2], fill: [f32; 2]| {
+            let light = |[azimuth, diffuse]: [f32; 2]| Light {
+                azimuth: azimuth.to_radians(),
+                diffuse,
+                ..Light::default()
+            };
+            let values = genome.encode(&[light(key), light(fill)]);
+            [values[4].to_degrees().round(), values[5]]
+        };
+        assert_eq!(encode([45.0, 1.0], [-45.0, 0.5]), [90.0, 0.5]);
+        assert_eq!(encode([45.0, 1.0], [315.0, 0.5]), [90.0, 0.5], "after a full turn");
+        assert_eq!(encode([45.0, 1.0], [60.0, 3.0]), [20.0, 1.0], "beside the key and too bright");
+        // The key itself is moved into its box first: to 90 degrees and the intensity 2.
+        assert_eq!(encode([120.0, 4.0], [40.0, 1.0]), [50.0, 0.5]);
+        assert_eq!(encode([45.0, 0.0], [-45.0, 0.5]), [90.0, 0.0], "a share of nothing");
+    }
+
+    #[test]
+    fn fixed_lights_are_relative_to_nothing() {
+        let (genome, _) = placed(&[Role::Key, Role::Fill], &[[0.0, 1.0], [20.0, 0.5]]);
+        let sun = Light { role: Role::Scene, azimuth: 1.0, diffuse: 3.0, ..Light::default() };
+        let chromosome = [0.5, 0.25, 1.5, 0.25, 1.0, 0.5];
+        let rig = genome.clone().with_fixed(&[sun]).unwrap().decode(&chromosome);
+        assert_eq!(rig, [&genome.decode(&chromosome)[..], &[sun]].concat());
+    }
+
     #[test]
     fn a_rim_light_in_front_goes_to_the_nearest_side() {
         let genome = Genome::new(&[Role::Rim], LightKind::DIRECTIONAL, &Boxes::default()).unwrap();
@@ -327,7 +348,7 @@ mod tests {
     fn the_paper_s_chromosome_has_its_order() {
         let names = |kind| {
             let genome = Genome::new(&[Role::Key], kind, &Boxes::default()).unwrap();
-            genome.alleles(0).iter().map(|allele| allele.name).collect::<Vec<_>>()
+            genome.alleles(0).map(|allele| allele.name).collect::<Vec<_>>()
         };
         let point = ["elevation", "azimuth", "diffuse", "specular", "distance"];
         assert_eq!(names(LightKind::POINT), point);
@@ -375,6 +396,10 @@ mod tests {
             assert!(Genome::new(&[Role::Fill], LightKind::POINT, &boxes).is_err(), "{range:?}");
             assert!(Genome::new(&[Role::Key], LightKind::POINT, &boxes).is_ok());
         }
+        let mut boxes = relative();
+        boxes.key.share_of_key = true;
+        let fault = Genome::new(&[Role::Key], LightKind::POINT, &boxes).unwrap_err().to_string();
+        assert!(fault.contains("relative to the key"), "{fault}");
         let mut boxes = Boxes::default();
         boxes.key.cone = Range::new(10.0, 91.0);
         assert!(Genome::new(&[Role::Key], LightKind::SPOT, &boxes).is_err());

@@ -5,6 +5,7 @@ use super::shadows::Shadows;
 use crate::constants::{BACKGROUND, EDGE, NORMAL_RIDGE, SURFACE};
 use crate::lighting::shading::{Reflectance, Shading};
 use crate::{Error, Result};
+use glam::Vec3;
 
 /// The visible surface: what the visibility stage draws. Background entries are 0, save `depth`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -173,6 +174,19 @@ impl Maps {
             return Err(Error::Argument("the target picture tells no pixel of the object".into()));
         }
         Ok(())
+    }
+
+    /// How pixel `at` reflects; where there are shadows, ambient light is occluded.
+    pub fn reflectance(&self, shading: &Shading, at: usize) -> Reflectance {
+        let looks = self.surface.reflectance(shading, at);
+        let number = |shadows: &Shadows| Some(shadows.openness()[shadows.number(at)?]);
+        match self.shadows.as_ref().and_then(number) {
+            Some(open) => {
+                let ambient = Vec3::from(self.surface.base_color[at]) * (shading.ambient * open);
+                Reflectance { unlit: ambient + Vec3::from(self.surface.emissive[at]), ..looks }
+            }
+            None => looks,
+        }
     }
 
     /// What terms read.

@@ -6,6 +6,7 @@
 //! reconstruction, `docs/METHOD.md`.
 
 pub mod maps;
+mod mean_target;
 pub mod shadows;
 mod statistics;
 mod term;
@@ -17,6 +18,7 @@ use crate::{Error, Result};
 use maps::ViewStatistics;
 use serde::{Deserialize, Serialize};
 
+pub use mean_target::MeanTarget;
 pub use statistics::{
     BURNT, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, Irradiance, Statistics, UNLIT,
 };
@@ -40,8 +42,8 @@ pub struct Quality {
 pub struct Objective {
     /// Weight of each term.
     pub weights: Terms,
-    /// Mean brightness aimed at, sRGB-encoded, 0..=1.
-    pub mean_target: f32,
+    /// Mean brightness aimed at.
+    pub mean_target: MeanTarget,
     /// Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel.
     pub edge_contrast: f32,
     /// Sobel length of the depth above which a pixel can be an edge, scene radii a pixel.
@@ -54,7 +56,7 @@ impl Default for Objective {
     fn default() -> Self {
         Self {
             weights: paper_weights(),
-            mean_target: 0.5,
+            mean_target: MeanTarget::Value(0.5),
             edge_contrast: 0.06,
             edge_sobel: 0.02,
             edge_laplace: 0.02,
@@ -74,7 +76,7 @@ impl Objective {
         }
         // Terms are at most 1, so that their sum is finite too.
         within("the sum of the weights", self.weights.values().sum(), 0.0, f32::MAX)?;
-        within("objective.mean_target", self.mean_target, 0.0, 1.0)?;
+        self.mean_target.check()?;
         within("objective.edge_contrast", self.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
         within("objective.edge_sobel", self.edge_sobel, 0.0, f32::MAX)?;
         within("objective.edge_laplace", self.edge_laplace, 0.0, f32::MAX)

@@ -1,9 +1,10 @@
 //! Results for other programs. `docs/RESULT.md` is the reference of the schemas.
 
 use crate::design::Outcome;
+use crate::design::profile::Profile;
 use crate::evaluate::{DeviceInfo, Inspection};
 use crate::lighting::{Color, Cone, Light, LightKind, Role};
-use crate::objective::{Objective, Quality, Terms};
+use crate::objective::{MeanTarget, Objective, Quality, Terms};
 use crate::scene::Scene;
 use crate::scene::view::{Projection, View};
 use glam::DVec3;
@@ -16,6 +17,8 @@ pub struct Header {
     pub schema: &'static str,
     /// klieg's version.
     pub klieg: &'static str,
+    /// The profile that the settings started from.
+    pub profile: &'static str,
     /// The scene's file, as it was given.
     pub scene: String,
     /// The camera.
@@ -28,10 +31,16 @@ pub struct Header {
 
 impl Header {
     /// The beginning of a result of `schema`.
-    pub fn new(schema: &'static str, scene: &Scene, view: &View, device: &DeviceInfo) -> Self {
+    pub fn new(
+        schema: &'static str,
+        profile: &Profile,
+        (scene, view): (&Scene, &View),
+        device: &DeviceInfo,
+    ) -> Self {
         Self {
             schema,
             klieg: env!("CARGO_PKG_VERSION"),
+            profile: profile.name,
             scene: scene.path.display().to_string(),
             camera: CameraRecord::new(view),
             device: device.clone(),
@@ -105,7 +114,7 @@ pub struct ObjectiveRecord {
 #[derive(Debug, Clone, Serialize)]
 pub struct Targets {
     /// Mean brightness.
-    pub mean: f32,
+    pub mean: MeanTarget,
     /// Gradient of a fully distinct edge.
     pub edge_contrast: f32,
     /// Depth gradient of an edge.

@@ -9,7 +9,7 @@ use crate::evaluate::{Evaluator, Inspection};
 use crate::lighting::Rig;
 use crate::lighting::genome::Genome;
 use crate::objective::maps::PixelType;
-use crate::objective::{Objective, Term};
+use crate::objective::{MeanTarget, Objective, Term};
 use crate::optimize::{Settings, genetic};
 
 /// A quality function with one number changed.
@@ -43,8 +43,15 @@ impl Effect {
     }
 }
 
-/// One number of the quality function.
-type Number = fn(&mut Objective) -> &mut f32;
+/// One number of the quality function; none where the scene sets it.
+type Number = fn(&mut Objective) -> Option<&mut f32>;
+
+fn mean_target(objective: &mut Objective) -> Option<&mut f32> {
+    match &mut objective.mean_target {
+        MeanTarget::Value(value) => Some(value),
+        MeanTarget::Scene => None,
+    }
+}
 
 /// The unchanged function first, then every weight left out and doubled, and the targets and
 /// thresholds halved and doubled (the mean brightness: a fifth to each side).
@@ -68,16 +75,17 @@ pub fn variants(base: &Objective) -> Vec<Variant> {
         add(format!("F_{} doubled", term.name), &|o| times(o, 2.0));
     }
     let numbers: [(&str, Number, [f32; 2]); 4] = [
-        ("mean_target", |o| &mut o.mean_target, [0.8, 1.2]),
-        ("edge_contrast", |o| &mut o.edge_contrast, [0.5, 2.0]),
-        ("edge_sobel", |o| &mut o.edge_sobel, [0.5, 2.0]),
-        ("edge_laplace", |o| &mut o.edge_laplace, [0.5, 2.0]),
+        ("mean_target", mean_target, [0.8, 1.2]),
+        ("edge_contrast", |o| Some(&mut o.edge_contrast), [0.5, 2.0]),
+        ("edge_sobel", |o| Some(&mut o.edge_sobel), [0.5, 2.0]),
+        ("edge_laplace", |o| Some(&mut o.edge_laplace), [0.5, 2.0]),
     ];
     for (name, number, factors) in numbers {
-        for factor in factors {
-            let mut changed = *base;
-            let value = *number(&mut changed) * factor;
-            add(format!("{name} {value}"), &|o| *number(o) = value);
+        let mut changed = *base;
+        let Some(&mut value) = number(&mut changed) else { continue };
+        for value in factors.map(|factor| value * factor) {
+            let set = |o: &mut Objective| number(o).into_iter().for_each(|n| *n = value);
+            add(format!("{name} {value}"), &set);
         }
     }
     variants
@@ -145,6 +153,7 @@ fn change(a: &[f32], b: &[f32], types: &[PixelType]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::objective::maps::ViewStatistics;
 
     #[test]
     fn each_variant_changes_one_number() {
@@ -153,7 +162,8 @@ mod tests {
         assert_eq!(variants.len(), 1 + 10 + 8);
         let numbers = |o: &Objective| {
             let mut all = o.weights.values().collect::<Vec<_>>();
-            all.extend([o.mean_target, o.edge_contrast, o.edge_sobel, o.edge_laplace]);
+            let mean_target = o.mean_target.of(&ViewStatistics::default());
+            all.extend([mean_target, o.edge_contrast, o.edge_sobel, o.edge_laplace]);
             all
         };
         for variant in &variants[1..] {
@@ -164,6 +174,11 @@ mod tests {
         let mut single = base;
         single.weights = single.weights.map(|term, _| f32::from(u8::from(term.name == "edge")));
         assert_eq!(super::variants(&single).len(), 1 + 1 + 8);
+        // A target that the scene sets is no number to change.
+        let of_scene = Objective { mean_target: MeanTarget::Scene, ..base };
+        let variants = super::variants(&of_scene);
+        assert_eq!(variants.len(), 1 + 10 + 6);
+        assert!(variants.iter().all(|v| v.objective.mean_target == MeanTarget::Scene));
     }
 
     #[test]

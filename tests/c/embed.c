@@ -174,6 +174,53 @@ static void judge(const klieg_context *context, const klieg_scene *scene) {
     REFUSE(NULL, klieg_objective_set_weight(NULL, "edge", 1.0f), KLIEG_ERROR_ARGUMENT, "NULL");
 }
 
+/* Settings that start from a profile. */
+static void judge_by_profile(const klieg_context *context, const klieg_scene *scene) {
+    klieg_camera camera;
+    klieg_evaluator *evaluator;
+    klieg_objective objective;
+    klieg_shading shading;
+    klieg_design design;
+    klieg_designer *designer;
+    klieg_quality quality;
+    klieg_light rig[KLIEG_MAX_LIGHTS];
+    const klieg_profile_info *profile;
+    const klieg_role roles[] = {KLIEG_ROLE_KEY, KLIEG_ROLE_FILL};
+    uint32_t lights, count = 0;
+    for (; (profile = klieg_profile_at(count)) != NULL; count++) {
+        printf("profile %s: %s\n", profile->name, profile->meaning);
+    }
+    CHECK(NULL, klieg_objective_profile(&objective, "natural"));
+    CHECK(NULL, klieg_shading_profile(&shading, "natural"));
+    EXPECT(objective.mean_target == KLIEG_MEAN_TARGET_SCENE && shading.brdf == KLIEG_BRDF_GLTF);
+    CHECK(NULL, klieg_camera_look_at(EYE, TARGET, UP, KLIEG_LENS_PERSPECTIVE, 0.7, &camera));
+    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, &objective, &shading,
+                                            &evaluator));
+    CHECK(NULL, klieg_preset_lights(KLIEG_PRESET_THREE_POINT, rig, COUNT(rig), &lights));
+    CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
+    print_quality("natural", &quality);
+
+    CHECK(NULL, klieg_design_profile(&design, "natural"));
+    EXPECT(design.intensities == 1 && design.fill.azimuth_from_key && !design.key.share_of_key);
+    design.roles = roles;
+    design.lights = COUNT(roles);
+    CHECK(NULL, klieg_designer_create(&design, &designer));
+    CHECK(designer, klieg_designer_advance(designer, evaluator, 2, NULL));
+    CHECK(designer, klieg_designer_best(designer, rig, COUNT(rig), NULL));
+    print_lights("natural", rig, COUNT(roles));
+    klieg_designer_destroy(designer);
+    klieg_evaluator_destroy(evaluator);
+
+    REFUSE(NULL, klieg_objective_profile(&objective, "film"), KLIEG_ERROR_ARGUMENT, "paper, natural");
+    REFUSE(NULL, klieg_shading_profile(&shading, NULL), KLIEG_ERROR_ARGUMENT, "no profile ''");
+    REFUSE(NULL, klieg_design_profile(NULL, "paper"), KLIEG_ERROR_ARGUMENT, "NULL");
+    design.fill.share_of_key = 2;
+    REFUSE(NULL, klieg_designer_create(&design, &designer), KLIEG_ERROR_ARGUMENT, "share_of_key is 2");
+    shading.brdf = 2;
+    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, NULL, &shading, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "brdf 2");
+}
+
 static void place(klieg_evaluator *evaluator) {
     klieg_frame frame;
     klieg_light light = LIGHT;
@@ -482,6 +529,7 @@ int main(int count, char **arguments) {
     klieg_evaluator *evaluator = make_evaluator(context, scene);
     list_terms();
     judge(context, scene);
+    judge_by_profile(context, scene);
     if (count == 1) {
         klieg_scene_destroy(scene);
     }

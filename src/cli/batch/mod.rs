@@ -14,7 +14,7 @@ use super::progress::{self, Interrupt};
 use super::session::{self, Loaded, Session, milliseconds};
 use super::{describe, print};
 use crate::Error;
-use crate::design::Progress;
+use crate::design::{Progress, profile};
 use crate::report::Staging;
 use crate::scene::load::FileAccess;
 use anyhow::{Context, Result};
@@ -62,7 +62,7 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.look.settings()?;
+        let mut settings = self.look.settings(profile::DEFAULT)?;
         self.target.apply(&mut settings);
         self.search.apply(&mut settings)?;
         self.picture.apply(&mut settings);
@@ -84,7 +84,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
         items.iter().map(|item| finished(item).filter(|_| !options.force)).collect();
     let mut batch = Batch {
         out: &options.out,
-        record: Record::new(&items, &scores),
+        record: Record::new(settings.profile.0, &items, &scores),
         items: &items,
         bar: progress::bar(Some(items.len() as u64), TEMPLATE, options.json),
         begin,

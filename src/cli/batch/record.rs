@@ -4,6 +4,7 @@ use super::items::{Item, RECORD};
 use super::stamp::Scores;
 use crate::Error;
 use crate::cli::print;
+use crate::design::profile::Profile;
 use crate::evaluate::DeviceInfo;
 use crate::report::{Staging, json};
 use anyhow::{Context, Result, anyhow};
@@ -15,6 +16,8 @@ use std::path::Path;
 pub struct Record {
     schema: &'static str,
     klieg: &'static str,
+    /// The profile that the settings started from.
+    profile: &'static str,
     /// What computes; none where nothing was to do.
     pub device: Option<DeviceInfo>,
     done: usize,
@@ -60,7 +63,7 @@ pub enum State {
 
 impl Record {
     /// A batch at its start: `finished` has the scores of items that need no work.
-    pub fn new(items: &[Item], finished: &[Option<Scores>]) -> Self {
+    pub fn new(profile: &Profile, items: &[Item], finished: &[Option<Scores>]) -> Self {
         let row = |(item, &scores): (&Item, &Option<Scores>)| Row {
             name: item.name.clone(),
             scene: item.scene.display().to_string(),
@@ -73,6 +76,7 @@ impl Record {
         let mut record = Self {
             schema: "klieg.batch/1",
             klieg: env!("CARGO_PKG_VERSION"),
+            profile: profile.name,
             device: None,
             done: 0,
             skipped: 0,

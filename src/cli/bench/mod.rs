@@ -15,6 +15,7 @@ use super::print;
 use super::session::{self, SIZE, milliseconds};
 use super::values::{Device, Lights, Size};
 use crate::Error;
+use crate::design::profile;
 use crate::lighting::genome::Genome;
 use crate::lighting::{LightKind, Population, Rig, check_number};
 use crate::math::range::Range;
@@ -102,7 +103,7 @@ pub(super) struct Options {
 }
 
 pub(super) fn run(options: &Options) -> Result<()> {
-    let settings = options.look.settings()?;
+    let settings = options.look.settings(&profile::PAPER)?;
     settings.check()?;
     options.check()?;
     let pipelines = match &options.pipeline[..] {
@@ -112,7 +113,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let methods = machine::methods(&options.device, pipelines, &options.baseline)?;
     // A folder that cannot be written to is told at once; an interrupted run leaves nothing in it.
     options.out.as_deref().map(Staging::new).transpose()?;
-    let mut bench = Bench::new(options.kind, options.seed, &options.plan());
+    let mut bench = Bench::new(settings.profile.0, options.kind, options.seed, &options.plan());
     for source in options.sources() {
         let start = Instant::now();
         let scene = source.scene(&settings)?;

@@ -3,6 +3,7 @@
 use super::ceiling::{Ceiling, operations};
 use super::machine::Machine;
 use super::sample::{self, Plan, Sample};
+use crate::design::profile::Profile;
 use crate::evaluate::DeviceInfo;
 use crate::lighting::LightKind;
 use crate::scene::Scene;
@@ -16,6 +17,7 @@ use std::fmt;
 pub struct Bench {
     schema: &'static str,
     klieg: &'static str,
+    profile: &'static str,
     kind: LightKind,
     seed: u64,
     warm_up: u32,
@@ -28,10 +30,11 @@ pub struct Bench {
 
 impl Bench {
     /// Without scenes and rows.
-    pub fn new(kind: LightKind, seed: u64, plan: &Plan) -> Self {
+    pub fn new(profile: &Profile, kind: LightKind, seed: u64, plan: &Plan) -> Self {
         Self {
             schema: "klieg.bench/2",
             klieg: env!("CARGO_PKG_VERSION"),
+            profile: profile.name,
             kind,
             seed,
             warm_up: plan.warm_up,

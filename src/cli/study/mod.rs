@@ -8,6 +8,7 @@ use super::lights::kinds;
 use super::options::{SceneOptions, TargetOptions};
 use super::print;
 use super::session::Session;
+use crate::design::profile;
 use crate::lighting::LightKind;
 use crate::report::Staging;
 use crate::report::exhibit::{Exhibit, StudyFile};
@@ -68,7 +69,7 @@ struct Common {
 
 impl Common {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.scene.settings()?;
+        let mut settings = self.scene.settings(&profile::PAPER)?;
         self.target.apply(&mut settings);
         settings.lights.kind = self.kind.unwrap_or(settings.lights.kind);
         settings.seed = self.seed.unwrap_or(settings.seed);

@@ -6,12 +6,14 @@ mod appearance;
 mod color;
 mod histogram;
 mod shade;
+mod shadow;
 mod statistics;
 
 pub use appearance::{AppearanceSums, appearance, interior_detail, residual, tapped_detail};
 pub use color::shade_color;
 pub use histogram::histogram;
 pub use shade::shade;
+pub use shadow::Casting;
 pub use statistics::{interior_gradient, moments, tapped_gradient};
 
 use super::compact::Lanes;
@@ -34,8 +36,10 @@ mod tests {
     use crate::lighting::LightRecord;
     use crate::lighting::shading::Brdf;
     use crate::objective::HISTOGRAM_BINS;
+    use crate::objective::shadows::Shadows;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use std::sync::Arc;
 
     /// What every kernel makes of the same input, as bits.
     #[derive(Debug, PartialEq)]
@@ -53,6 +57,7 @@ mod tests {
         shaped: Vec<Shaped>,
         /// Coordinates of normals, and a target picture.
         numbers: [Vec<f32>; 3],
+        shadows: Shadows,
     }
 
     /// More than a block of groups and than a block of pixels to count, and no multiple of either.
@@ -113,7 +118,10 @@ mod tests {
             let shaped = shaped.collect();
             let numbers = [(-1.0, 1.0), (-1.0, 1.0), (-0.5, 1.0)]
                 .map(|(low, high)| (0..LEN).map(|_| number(low, high)).collect());
-            Self { groups, rig, taps, colors, shaped, numbers }
+            let object = std::iter::repeat_n(true, LEN);
+            let mut shadows = Shadows::new(31, object, Arc::default());
+            shadows.blocks_mut().iter_mut().for_each(|word| *word = random.random());
+            Self { groups, rig, taps, colors, shaped, numbers, shadows }
         }
 
         /// By the version that the caller is compiled for.
@@ -140,12 +148,13 @@ mod tests {
             let mut planes = vec![Tile::default(); 4 * stride];
             let surface = (&self.groups[..], &self.colors[..]);
             let rigs = (&self.rig[..], self.rig.len());
+            let casting = Casting { shadows: Some(&self.shadows), ..Casting::default() };
             for (brdf, planes) in
                 [Brdf::BlinnPhong, Brdf::Gltf].into_iter().zip(planes.chunks_mut(2 * stride))
             {
                 match here {
-                    true => color_in_lanes(surface, rigs, brdf, planes, stride),
-                    false => shade_color(surface, rigs, brdf, planes, stride),
+                    true => color_in_lanes(surface, &casting, rigs, brdf, (planes, stride)),
+                    false => shade_color(surface, &casting, rigs, brdf, (planes, stride)),
                 }
             }
             let shaded = bytemuck::cast_slice(&planes).iter().map(|x: &f32| x.to_bits()).collect();

@@ -8,7 +8,7 @@ use multiversion::multiversion;
 
 /// Groups that are shaded under the lights of all rigs before the next ones, so that they stay in the
 /// first cache: 7 KiB.
-const SHADE_BLOCK: usize = 8;
+pub(super) const SHADE_BLOCK: usize = 8;
 
 /// What the passes of a light over a group hand on to each other.
 #[repr(C, align(64))]

@@ -16,11 +16,11 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Pixels of a tile's side.
-const TILE: u32 = 8;
+/// Columns and rows of a tile.
+const TILE: [u32; 2] = [8, 4];
 
 /// Tiles whose bits are made before they go into the table; it bounds the memory.
-const BATCH: usize = 1 << 12;
+const BATCH: usize = 1 << 14;
 
 /// The shadow table of what a view shows. Of a side that would take more than the settings' memory it has
 /// the largest that fits.
@@ -91,13 +91,14 @@ fn directions(side: u32) -> Vec<Direction> {
 /// The object pixels, tile by tile.
 fn tiles(surface: &Surface) -> Vec<Vec<u32>> {
     let (width, height) = (surface.width, surface.height);
+    let [columns, rows] = TILE;
     let corners = (0..height)
-        .step_by(TILE as usize)
-        .flat_map(|top| (0..width).step_by(TILE as usize).map(move |left| [left, top]));
+        .step_by(rows as usize)
+        .flat_map(|top| (0..width).step_by(columns as usize).map(move |left| [left, top]));
     let object = |&at: &u32| surface.code[at as usize] != 0;
     let pixels = |[left, top]: [u32; 2]| -> Vec<u32> {
-        let rows = top..(top + TILE).min(height);
-        let row = |y| (left..(left + TILE).min(width)).map(move |x| y * width + x);
+        let rows = top..(top + rows).min(height);
+        let row = |y| (left..(left + columns).min(width)).map(move |x| y * width + x);
         rows.flat_map(row).filter(object).collect()
     };
     corners.map(pixels).filter(|pixels| !pixels.is_empty()).collect()
@@ -131,4 +132,10 @@ fn openness(shadows: &Shadows, weighted: &[([u32; 2], Vec3)], number: usize, n: 
         open += if shadows.bit(number, at) { weight } else { 0.0 };
     }
     open / all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::build::SceneBuilder;
 }

@@ -5,10 +5,11 @@
 mod bindings;
 mod statistics;
 
+use crate::constants::MEAN_OF_SCENE;
 pub use crate::constants::{DOUBLE_SIDED, EMPTY_TILE, MATERIAL_TEXTURES, NORMAL_MAPPED};
 use crate::lighting::shading::Shading;
 use crate::objective::terms::TERMS;
-use crate::objective::{MAX_TERMS, Objective};
+use crate::objective::{MAX_TERMS, MeanTarget, Objective};
 use crate::scene::view::View;
 pub use bindings::{binding, bindings, pixel_binding, pixel_bindings};
 use bytemuck::{Pod, Zeroable};
@@ -38,7 +39,7 @@ pub struct Parameters {
     pub edge_laplace: f32,
     /// [`Objective::edge_contrast`].
     pub edge_contrast: f32,
-    /// [`Objective::mean_target`].
+    /// [`Objective::mean_target`], or [`MEAN_OF_SCENE`].
     pub mean_target: f32,
     /// To a multiple of 16 bytes.
     pub padding_middle: [f32; 2],
@@ -60,10 +61,18 @@ impl Parameters {
             edge_sobel: objective.edge_sobel,
             edge_laplace: objective.edge_laplace,
             edge_contrast: objective.edge_contrast,
-            mean_target: objective.mean_target,
+            mean_target: mean_target(objective.mean_target),
             padding_middle: [0.0; 2],
             weights: weights(objective),
         }
+    }
+}
+
+/// As devices read it.
+fn mean_target(target: MeanTarget) -> f32 {
+    match target {
+        MeanTarget::Value(value) => value,
+        MeanTarget::Scene => MEAN_OF_SCENE,
     }
 }
 

@@ -1,7 +1,12 @@
 //! The values of lights of which kinds make their lists.
 
-use super::Allele;
+use super::{Allele, Relation};
 use crate::lighting::Cone;
+use crate::lighting::genome::RoleBox;
+
+fn share(space: &RoleBox) -> Option<Relation> {
+    space.share_of_key.then_some(Relation::Share)
+}
 
 /// Elevation θ, radians.
 pub const ELEVATION: Allele = Allele {
@@ -10,6 +15,7 @@ pub const ELEVATION: Allele = Allele {
     get: |light| light.elevation,
     set: |light, value| light.elevation = value,
     turns: false,
+    relation: |_| None,
 };
 
 /// Azimuth φ, radians.
@@ -19,6 +25,7 @@ pub const AZIMUTH: Allele = Allele {
     get: |light| light.azimuth,
     set: |light, value| light.azimuth = value,
     turns: true,
+    relation: |space| space.azimuth_from_key.then_some(Relation::Azimuth),
 };
 
 /// Diffuse intensity `Id`. It sets the specular one too, so that a light without the allele
@@ -29,6 +36,7 @@ pub const DIFFUSE: Allele = Allele {
     get: |light| light.diffuse,
     set: |light, value| (light.diffuse, light.specular) = (value, value),
     turns: false,
+    relation: share,
 };
 
 /// Specular intensity `Is`, where the box gives it a range of its own.
@@ -38,6 +46,7 @@ pub const SPECULAR: Allele = Allele {
     get: |light| light.specular,
     set: |light, value| light.specular = value,
     turns: false,
+    relation: share,
 };
 
 /// Distance `R` from the scene's centre, scene radii.
@@ -47,6 +56,7 @@ pub const DISTANCE: Allele = Allele {
     get: |light| light.distance,
     set: |light, value| light.distance = value,
     turns: false,
+    relation: |_| None,
 };
 
 /// Half angle of the whole cone, radians; that of its bright inner part is half of it.
@@ -56,4 +66,5 @@ pub const CONE: Allele = Allele {
     get: |light| light.cone.outer,
     set: |light, value| light.cone = Cone { inner: 0.5 * value, outer: value },
     turns: false,
+    relation: |_| None,
 };

@@ -45,6 +45,42 @@ pub struct Allele {
     pub set: fn(&mut Light, f32),
     /// Whether it is an angle, radians, that full turns leave as it is.
     pub turns: bool,
+    /// What the box makes its values relative to; `None` for values that stand for themselves.
+    pub relation: fn(&RoleBox) -> Option<Relation>,
+}
+
+/// How a value of a light is told relative to that of the key light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Relation {
+    /// An azimuth, radians, from the key's across the viewer's direction: to the left of a key on the
+    /// right, and to the right of any other.
+    Azimuth,
+    /// A share of the key's value, which is 0 or more.
+    Share,
+}
+
+impl Relation {
+    /// The value of a light that is told as `relative` to the key's.
+    pub fn absolute(self, relative: f32, key: f32) -> f32 {
+        match self {
+            Self::Azimuth => key + across(key) * relative,
+            Self::Share => key * relative,
+        }
+    }
+
+    /// How `absolute` is told relative to the key's value. Of nothing everything is the share 0.
+    pub fn relative(self, absolute: f32, key: f32) -> f32 {
+        match self {
+            Self::Azimuth => across(key) * (absolute - key),
+            Self::Share if key > 0.0 => absolute / key,
+            Self::Share => 0.0,
+        }
+    }
+}
+
+/// The sign of azimuths on the other side of a key.
+fn across(key: f32) -> f32 {
+    if key.sin() > 0.0 { -1.0 } else { 1.0 }
 }
 
 /// The kinds that klieg has, by which files and the command line name them.

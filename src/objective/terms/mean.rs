@@ -13,7 +13,7 @@ pub static TERM: Term = Term {
     formula,
 };
 
-fn formula(picture: &Statistics, _: &ViewStatistics, objective: &Objective) -> f32 {
-    let target = objective.mean_target;
+fn formula(picture: &Statistics, view: &ViewStatistics, objective: &Objective) -> f32 {
+    let target = objective.mean_target.of(view);
     (picture.mean - target).abs() / target.max(1.0 - target)
 }

@@ -77,34 +77,80 @@ pub struct Occluders {
     pub opacity: Vec<u32>,
 }
 
-/// A ray prepared for a triangle: barycentric coordinates and the distance are linear in its origin
-/// (Möller and Trumbore 1997, with the determinants turned round).
+/// Rays of one direction prepared for a triangle: barycentric coordinates and the distance are linear in
+/// their origin (Möller and Trumbore 1997, with the determinants turned round).
 #[derive(Debug, Clone, Copy)]
 pub struct Plane {
-    /// The triangle's corner.
-    pub corner: Vec3,
-    /// Of the first barycentric coordinate, `d×e2 / det`.
-    pub u: Vec3,
-    /// Of the second one, `e1×d / det`.
-    pub v: Vec3,
-    /// Of the distance along the ray, `e1×e2 / det`.
-    pub t: Vec3,
+    corner: [f32; 3],
+    /// `d×e2`, `e1×d` and `e1×e2`, of the sign that makes `det` positive.
+    u: [f32; 3],
+    v: [f32; 3],
+    t: [f32; 3],
+    det: f32,
+}
+
+/// Where a ray meets a triangle's plane: barycentric coordinates and distance, all times `det`.
+#[derive(Debug, Clone, Copy)]
+pub struct Meeting {
+    u: f32,
+    v: f32,
+    t: f32,
+    det: f32,
+}
+
+impl Meeting {
+    /// Whether it is in the triangle, in front of the origin and nearer than `distance`.
+    #[inline(always)]
+    pub fn is_inside(&self, distance: f32) -> bool {
+        let Self { u, v, t, det } = *self;
+        (u >= 0.0) & (v >= 0.0) & (u + v <= det) & (t > 0.0) & (t < distance * det)
+    }
+
+    /// The second and the third barycentric coordinate.
+    #[inline(always)]
+    pub fn barycentric(&self) -> [f32; 2] {
+        [self.u / self.det, self.v / self.det]
+    }
 }
 
 impl Plane {
     /// Of rays along `direction`; `None` where they run along the triangle.
     #[inline(always)]
-    pub fn new(triangle: &Triangle, direction: Vec3) -> Option<Self> {
-        let (e1, e2) = (Vec3::from(triangle.edge1), Vec3::from(triangle.edge2));
-        let p = direction.cross(e2);
-        let det = e1.dot(p);
+    pub fn new(triangle: &Triangle, direction: [f32; 3]) -> Option<Self> {
+        let (e1, e2) = (triangle.edge1, triangle.edge2);
+        let u = cross(direction, e2);
+        let det = dot(e1, u);
         if det == 0.0 {
             return None;
         }
-        let inverse = 1.0 / det;
-        let (u, v, t) = (p * inverse, e1.cross(direction) * inverse, e1.cross(e2) * inverse);
-        Some(Self { corner: triangle.corner.into(), u, v, t })
+        let sign = if det < 0.0 { -1.0 } else { 1.0 };
+        let turned = |a: [f32; 3]| [a[0] * sign, a[1] * sign, a[2] * sign];
+        Some(Self {
+            corner: triangle.corner,
+            u: turned(u),
+            v: turned(cross(e1, direction)),
+            t: turned(cross(e1, e2)),
+            det: det * sign,
+        })
     }
+
+    /// Where the ray from `origin` meets it.
+    #[inline(always)]
+    pub fn meet(&self, origin: [f32; 3]) -> Meeting {
+        let [x, y, z] = origin;
+        let s = [x - self.corner[0], y - self.corner[1], z - self.corner[2]];
+        Meeting { u: dot(s, self.u), v: dot(s, self.v), t: dot(s, self.t), det: self.det }
+    }
+}
+
+#[inline(always)]
+fn dot([ax, ay, az]: [f32; 3], [bx, by, bz]: [f32; 3]) -> f32 {
+    ax * bx + ay * by + az * bz
+}
+
+#[inline(always)]
+fn cross([ax, ay, az]: [f32; 3], [bx, by, bz]: [f32; 3]) -> [f32; 3] {
+    [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 }
 
 /// Moves a point off its polygon, to where rays to lights start. `face` is the polygon's unit normal on the
@@ -173,30 +219,16 @@ impl Occluders {
 
     /// Whether a ray meets a triangle where it blocks.
     fn hits(&self, triangle: &Triangle, from: Vec3, direction: Vec3, distance: f32) -> bool {
-        // The steps of `Plane::new`, with the bits of its numbers; most rays miss at the first coordinate.
-        let (e1, e2) = (Vec3::from(triangle.edge1), Vec3::from(triangle.edge2));
-        let p = direction.cross(e2);
-        let det = e1.dot(p);
-        if det == 0.0 {
-            return false;
-        }
-        let inverse = 1.0 / det;
-        let s = from - Vec3::from(triangle.corner);
-        let u = s.dot(p * inverse);
-        if !(0.0..=1.0).contains(&u) {
-            return false;
-        }
-        let v = s.dot(e1.cross(direction) * inverse);
-        if !(v >= 0.0 && u + v <= 1.0) {
-            return false;
-        }
-        let t = s.dot(e1.cross(e2) * inverse);
-        let hit = t > 0.0 && t < distance;
-        hit && (triangle.opacity == OPAQUE || self.is_opaque(triangle.opacity, u, v))
+        let Some(plane) = Plane::new(triangle, direction.to_array()) else { return false };
+        let meeting = plane.meet(from.to_array());
+        let opaque = || {
+            triangle.opacity == OPAQUE || self.is_opaque(triangle.opacity, meeting.barycentric())
+        };
+        meeting.is_inside(distance) && opaque()
     }
 
-    /// Whether the cell at the barycentric coordinates `u` and `v` of an alpha mask blocks.
-    pub fn is_opaque(&self, cells: u32, u: f32, v: f32) -> bool {
+    /// Whether the cell at the second and third barycentric coordinate of an alpha mask blocks.
+    pub fn is_opaque(&self, cells: u32, [u, v]: [f32; 2]) -> bool {
         let cells = &self.opacity[cells as usize..];
         let n = cells[0];
         let (x, y) = (u * n as f32, v * n as f32);

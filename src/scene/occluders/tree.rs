@@ -8,7 +8,7 @@ use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 use std::time::Duration;
 
 /// Most triangles of a leaf.
-const LEAF: u32 = 8;
+const LEAF: u32 = 4;
 
 impl Boundable for Triangle {
     fn aabb(&self) -> Aabb {
