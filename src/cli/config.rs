@@ -210,6 +210,8 @@ impl Settings {
             },
             objective: (profile.objective)(),
             shading: (profile.shading)(),
+            shadows: ShadowSettings { on: profile.shadows, ..ShadowSettings::default() },
+            picture: render::Settings::default(),
             start: StartSettings::default(),
             first: First::default(),
             optimizer: OptimizerName::default(),

@@ -7,6 +7,7 @@ use super::score::PresetName;
 use super::session::{self, warn};
 use super::values::Size;
 use super::{designer, print};
+use crate::design::profile;
 use crate::lighting::Rig;
 use crate::lighting::presets::Preset;
 use crate::report::{self, Staging};
@@ -45,7 +46,7 @@ pub(super) struct Options {
 }
 
 pub(super) fn run(options: &Options) -> anyhow::Result<()> {
-    let mut settings = options.look.settings()?;
+    let mut settings = options.look.settings(profile::DEFAULT)?;
     settings.view.size = options.size.or(settings.view.size);
     options.picture.apply(&mut settings);
     settings.check()?;

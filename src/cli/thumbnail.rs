@@ -8,6 +8,7 @@ use super::render::File;
 use super::session::{self, Loaded, Session, warn};
 use super::values::{Device, Size};
 use super::{designer, device, print};
+use crate::design::profile;
 use crate::report;
 use anyhow::Result;
 use clap::Args;
@@ -45,7 +46,7 @@ pub(super) struct Options {
 
 pub(super) fn run(options: &Options) -> Result<()> {
     let begin = Instant::now();
-    let mut settings = options.look.settings()?;
+    let mut settings = options.look.settings(profile::DEFAULT)?;
     options.picture.apply(&mut settings);
     shorten(&mut settings, options.size);
     settings.check()?;
