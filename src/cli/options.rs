@@ -58,6 +58,18 @@ pub(super) struct LookOptions {
     /// Read settings from a TOML file; options on the command line go before them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
+    /// Whether lights cast shadows [default: the profile's; natural: on]
+    #[arg(long, value_name = "on|off")]
+    shadows: Option<Shadows>,
+}
+
+/// Whether lights cast shadows.
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+enum Shadows {
+    /// They do
+    On,
+    /// Nothing blocks light
+    Off,
 }
 
 /// How surfaces reflect.
@@ -161,6 +173,9 @@ impl LookOptions {
         settings.allow_outside |= self.allow_outside;
         if let Some(brdf) = self.brdf {
             settings.shading.brdf = brdf.into();
+        }
+        if let Some(shadows) = self.shadows {
+            settings.shadows.on = shadows == Shadows::On;
         }
         if let Some(weights) = &self.weights {
             weights.apply(&mut settings.objective.weights)?;

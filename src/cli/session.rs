@@ -342,7 +342,12 @@ fn evaluator_on(
     let (objective, shading) = (settings.objective, settings.shading);
     Ok(match device {
         Opened::Cpu => {
-            let maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
+            let mut maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
+            if settings.shadows.on {
+                let occluders = Arc::new(Occluders::new(scene, view)?);
+                maps.shadows =
+                    Some(cpu::shadows::table(&maps.surface, occluders, &settings.shadows));
+            }
             Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?))
         }
         Opened::Vulkan(stored) => {

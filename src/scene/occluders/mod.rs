@@ -219,8 +219,18 @@ impl Occluders {
 
     /// Whether a ray meets a triangle where it blocks.
     fn hits(&self, triangle: &Triangle, from: Vec3, direction: Vec3, distance: f32) -> bool {
-        let Some(plane) = Plane::new(triangle, direction.to_array()) else { return false };
-        let meeting = plane.meet(from.to_array());
+        // The numbers of a `Plane`, bit by bit; most rays miss at the first coordinate.
+        let (e1, e2, d) = (triangle.edge1, triangle.edge2, direction.to_array());
+        let p = cross(d, e2);
+        let det = dot(e1, p);
+        let sign = if det < 0.0 { -1.0 } else { 1.0 };
+        let s = (from - Vec3::from(triangle.corner)).to_array();
+        let (u, det) = (sign * dot(s, p), sign * det);
+        if det == 0.0 || !(0.0..=det).contains(&u) {
+            return false;
+        }
+        let v = sign * dot(s, cross(e1, d));
+        let meeting = Meeting { u, v, t: sign * dot(s, cross(e1, e2)), det };
         let opaque = || {
             triangle.opacity == OPAQUE || self.is_opaque(triangle.opacity, meeting.barycentric())
         };
