@@ -36,7 +36,7 @@ constants! {
     /// `F_burnt`: share of the object that may burn out.
     BURNT_TOLERATED: f32 = 0.005;
     /// `F_burnt`: share beyond it that makes the term 1.
-    BURNT_RANGE: f32 = 0.05;
+    BURNT_RANGE: f32 = 0.1;
     /// `F_unlit`: share of the object that makes the term 1.
     UNLIT_RANGE: f32 = 0.15;
     /// `F_relief`: coefficient of determination that is enough.

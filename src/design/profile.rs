@@ -42,7 +42,7 @@ pub struct Profile {
 pub static PROFILES: &[&Profile] = &[&PAPER, &NATURAL];
 
 /// What settings start from where nobody names a profile.
-pub const DEFAULT: &Profile = &PAPER;
+pub const DEFAULT: &Profile = &NATURAL;
 
 /// The method of Ha and Olivier (2006), as `docs/METHOD.md` reconstructs it.
 pub static PAPER: Profile = Profile {
@@ -105,7 +105,7 @@ fn natural_objective() -> Objective {
         ("hist", 0.05),
         ("detail", 0.25),
         ("range", 0.10),
-        ("burnt", 0.15),
+        ("burnt", 0.25),
         ("unlit", 0.15),
         ("relief", 0.15),
         ("direction", 0.10),
@@ -125,7 +125,7 @@ fn natural_shading() -> Shading {
 /// has one intensity, as lamps have.
 fn natural_boxes() -> Boxes {
     let paper = Boxes::default();
-    let key = RoleBox { diffuse: Range::new(0.0, 4.0), specular: None, ..paper.key };
+    let key = RoleBox { diffuse: Range::new(0.0, 8.0), specular: None, ..paper.key };
     let fill = RoleBox {
         elevation: Range::new(-10.0, 45.0),
         azimuth: Range::new(20.0, 110.0),
@@ -168,7 +168,7 @@ mod tests {
     fn natural_weighs_nine_terms_and_light_of_one_intensity() {
         let Objective { weights, mean_target, .. } = (NATURAL.objective)();
         assert_eq!((weights.iter().count(), mean_target), (9, MeanTarget::Scene));
-        assert!((weights.values().sum::<f32>() - 1.25).abs() < 1e-6);
+        assert!((weights.values().sum::<f32>() - 1.35).abs() < 1e-6);
         let genome = NATURAL.genome().unwrap();
         assert!((0..2).all(|light| genome.alleles(light).all(|allele| allele.name != "specular")));
         assert_eq!(PAPER.genome().unwrap().bounds().len(), genome.bounds().len() + 2);
