@@ -835,6 +835,9 @@ klieg_status klieg_camera_frame(const klieg_scene *scene,
 // encoded, kept in 0.25..0.72. An engine that gives no base colours has the uniform one that it names.
 #define KLIEG_MEAN_TARGET_SCENE -1.0
 
+// `klieg_objective::background` that is not known.
+#define KLIEG_NO_BACKGROUND -1.0
+
 // Measures lights against a view. There are three levels, by what the engine gives:
 // 1. a scene and a camera (`klieg_evaluator_of_scene`): klieg draws them itself;
 // 2. the surface that the engine has drawn (`klieg_evaluator_of_surface`): klieg shades it;
@@ -873,6 +876,9 @@ typedef struct klieg_objective {
     float edge_sobel;
     // Absolute Laplacian of the depth above which a pixel can be an edge, scene radii; by default 0.02.
     float edge_laplace;
+    // Luminance behind the objects, sRGB-encoded, 0..1, from which the term "outline" makes them stand out; or
+    // `KLIEG_NO_BACKGROUND`, the default, which makes the weights of terms that need one count as 0.
+    float background;
 } klieg_objective;
 
 // How surfaces reflect: one of `KLIEG_BRDF_...`.
@@ -910,8 +916,8 @@ typedef struct klieg_term_info {
     // What it says of a picture, in English: a sentence without its subject.
     const char *meaning;
     // What pictures have to be measured for besides their brightness and gradients, which takes time:
-    // "detail", "channels", "irradiance", "target" or several of them with spaces between; empty for
-    // nothing.
+    // "detail", "channels", "irradiance", "target", "background" or several of them with spaces between;
+    // empty for nothing.
     const char *needs;
 } klieg_term_info;
 

@@ -48,6 +48,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 edge_laplace,
                 edge_contrast,
                 mean_target,
+                background,
                 padding_middle,
                 weights,
             }),
@@ -149,7 +150,9 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 burnt,
                 unlit,
                 residual,
-                detail
+                detail,
+                outline_count,
+                outline
             }),
         ),
         (
@@ -163,6 +166,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 burnt,
                 unlit,
                 residual,
+                outline,
                 irradiance_mean,
                 irradiance_variance,
                 covariance_x,

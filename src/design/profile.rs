@@ -109,6 +109,7 @@ fn natural_objective() -> Objective {
         ("unlit", 0.15),
         ("relief", 0.15),
         ("direction", 0.10),
+        ("outline", 0.10),
     ]);
     Objective {
         weights: weights.unwrap_or_default(),
@@ -165,10 +166,13 @@ mod tests {
     }
 
     #[test]
-    fn natural_weighs_nine_terms_and_light_of_one_intensity() {
+    fn natural_weighs_ten_terms_and_light_of_one_intensity() {
         let Objective { weights, mean_target, .. } = (NATURAL.objective)();
-        assert_eq!((weights.iter().count(), mean_target), (9, MeanTarget::Scene));
-        assert!((weights.values().sum::<f32>() - 1.25).abs() < 1e-6);
+        assert_eq!((weights.iter().count(), mean_target), (10, MeanTarget::Scene));
+        let (all, counted) = (weights, (NATURAL.objective)().measured());
+        for (weights, sum) in [(all, 1.35), (counted, 1.25)] {
+            assert!((weights.values().sum::<f32>() - sum).abs() < 1e-6, "{weights:?}");
+        }
         let genome = NATURAL.genome().unwrap();
         assert!((0..2).all(|light| genome.alleles(light).all(|allele| allele.name != "specular")));
         assert_eq!(PAPER.genome().unwrap().bounds().len(), genome.bounds().len() + 2);
