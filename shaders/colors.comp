@@ -7,8 +7,29 @@
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
 layout(constant_id = 2) const bool GLTF = false;
+layout(constant_id = 3) const uint SHADOW_SIDE = 0;
+const bool NEAR_LIGHTS = false;
 
 #include "color.glsl"
+
+// Ambient occlusion: the cosine-weighted share of the directions above the unit normal `n` from which light
+// comes to a pixel.
+float openness(ivec2 pixel, vec3 n) {
+    float open = 0.0;
+    float all = 0.0;
+    for (uint y = 0; y < SHADOW_SIDE; ++y) {
+        uint word = 0;
+        for (uint x = 0; x < SHADOW_SIDE; ++x) {
+            if (x % 32 == 0) {
+                word = texelFetch(shadow_table, ivec3(pixel, y * SHADOW_WORDS + x / 32), 0).r;
+            }
+            float weight = max(dot(n, weighted_direction(uvec2(x, y))), 0.0);
+            all += weight;
+            open += (word >> x % 32 & 1) != 0 ? weight : 0.0;
+        }
+    }
+    return open / all;
+}
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -19,7 +40,13 @@ void main() {
     float metallic = texelFetch(normal_metallic_map, pixel, 0).w;
     vec3 base = texelFetch(base_color_map, pixel, 0).rgb;
     vec3 emissive = texelFetch(emissive_map, pixel, 0).rgb;
-    ColorReflectance looks = color_reflectance(base, metallic, roughness, emissive, shading_constants());
+    vec3 constants = shading_constants();
+    if (SHADOW_SIDE > 0 && texelFetch(code_map, pixel, 0).r != 0u) {
+        float open = openness(pixel, texelFetch(normal_metallic_map, pixel, 0).xyz);
+        constants.x *= open;
+        imageStore(color_records, ivec3(pixel, 3), vec4(face_of(pixel), open));
+    }
+    ColorReflectance looks = color_reflectance(base, metallic, roughness, emissive, constants);
     bool surface = imageLoad(type_map, pixel).x == SURFACE;
     float gradient = surface ? normal_gradient(pixel) : 0.0;
     imageStore(color_records, ivec3(pixel, 0), vec4(looks.diffuse, looks.lobe));

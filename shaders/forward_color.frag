@@ -6,6 +6,15 @@
 
 layout(constant_id = 0) const uint LIGHTS = 1;
 layout(constant_id = 1) const bool GLTF = false;
+layout(constant_id = 2) const uint SHADOW_SIDE = 0;
+layout(constant_id = 3) const bool NEAR_LIGHTS = false;
+
+#define SHADOW_TABLE_BINDING 2
+#define OCCLUDERS_SET 2
+#define OCCLUDERS_BINDING 3
+
+#extension GL_EXT_samplerless_texture_functions : require
+layout(set = 2, binding = 1) uniform texture2DArray color_surface; // see layout.glsl
 
 #include "color.glsl"
 
@@ -17,10 +26,17 @@ layout(location = 0) out vec2 picture;
 void main() {
     Surface seen = surface();
     vec3 v = eye.w == 1.0 ? vec3(0.0, 0.0, 1.0) : normalize(eye.xyz - position);
-    ColorReflectance looks = color_reflectance(seen.base_color, seen.metallic, seen.roughness, seen.emissive, shading);
+    // The table and the ambient occlusion are those of the visible surface; it draws over all others.
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 constants = shading;
+    if (SHADOW_SIDE > 0) {
+        constants.x *= texelFetch(color_surface, ivec3(pixel, 3), 0).w;
+    }
+    ColorReflectance looks =
+        color_reflectance(seen.base_color, seen.metallic, seen.roughness, seen.emissive, constants);
     Lit lit = Lit(looks.unlit, 0.0);
     for (uint i = 0; i < LIGHTS; ++i) {
-        add_light(lights[rig + i], position, seen.normal, v, looks, lit);
+        add_light(lights[rig + i], pixel, position, seen.normal, v, looks, lit);
     }
     picture = encoded(lit);
 }

@@ -6,6 +6,8 @@
 
 layout(constant_id = 0) const uint LIGHTS = 1;
 layout(constant_id = 1) const bool GLTF = false;
+layout(constant_id = 2) const uint SHADOW_SIDE = 0;
+layout(constant_id = 3) const bool NEAR_LIGHTS = false;
 
 #include "color.glsl"
 
@@ -24,7 +26,7 @@ void main() {
         Lit lit = Lit(looks.unlit, 0.0);
         vec3 v = to_viewer(p);
         for (uint i = 0; i < LIGHTS; ++i) {
-            add_light(lights[individual * LIGHTS + i], p, n, v, looks, lit);
+            add_light(lights[individual * LIGHTS + i], pixel, p, n, v, looks, lit);
         }
         picture = encoded(lit);
     }

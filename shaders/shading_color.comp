@@ -10,6 +10,8 @@ layout(constant_id = 1) const uint LIGHTS = 1;
 // Whether the windows begin with the lights of their blocks.
 layout(constant_id = 2) const bool ALIGNED = false;
 layout(constant_id = 3) const bool GLTF = false;
+layout(constant_id = 4) const uint SHADOW_SIDE = 0;
+layout(constant_id = 5) const bool NEAR_LIGHTS = false;
 
 #include "color.glsl"
 
@@ -32,7 +34,7 @@ void main() {
         Lit lit = Lit(looks.unlit, 0.0);
         for (uint l = 0; l < LIGHTS; ++l) {
             uint at = i * LIGHTS + l;
-            add_light(window[ALIGNED ? at : chunk.light + at], p, n, v, looks, lit);
+            add_light(window[ALIGNED ? at : chunk.light + at], pixel, p, n, v, looks, lit);
         }
         vec2 value = encoded(lit);
         brightness[i] = value.x;

@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_samplerless_texture_functions : require
 #include "constants.glsl"
+#include "octahedral.glsl"
 #include "shading.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
@@ -69,24 +70,23 @@ vec3 tangent(ivec2 pixel, ivec2 axis, vec3 p) {
     return lengths[0] < lengths[1] ? steps[0] : steps[1];
 }
 
-vec3 octahedral(vec2 e) {
-    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
-    vec2 folded = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
-    return vec3(n.z >= 0.0 ? n.xy : folded, n.z);
+// Unit normal of what lies between the pixel and its neighbours, turned to the viewer, `v`.
+vec3 face_of(ivec2 pixel, vec3 p, vec3 v) {
+    vec3 n = cross(tangent(pixel, ivec2(1, 0), p), tangent(pixel, ivec2(0, 1), p));
+    n = dot(n, v) < 0.0 ? -n : n;
+    float squared = dot(n, n);
+    return squared > 0.0 ? n / sqrt(squared) : v;
 }
 
-// Unit normal turned to the viewer, `v`.
-vec3 normal_of(ivec2 pixel, vec3 p, vec3 v) {
-    vec3 n;
-    if (has(HAS_NORMAL)) {
-        n = texelFetch(normal_image, pixel, 0).xyz;
-        n = has(NORMAL_UNSIGNED) ? 2.0 * n - 1.0 : n;
-        n = has(NORMAL_OCTAHEDRAL) ? octahedral(n.xy) : n;
-        n = mat3(engine.frame_from_normals) * n;
-    } else {
-        n = cross(tangent(pixel, ivec2(1, 0), p), tangent(pixel, ivec2(0, 1), p));
-        n = dot(n, v) < 0.0 ? -n : n;
+// Unit normal turned to the viewer, `v`; `face` is that of the neighbours.
+vec3 normal_of(ivec2 pixel, vec3 v, vec3 face) {
+    if (!has(HAS_NORMAL)) {
+        return face;
     }
+    vec3 n = texelFetch(normal_image, pixel, 0).xyz;
+    n = has(NORMAL_UNSIGNED) ? 2.0 * n - 1.0 : n;
+    n = has(NORMAL_OCTAHEDRAL) ? octahedral_decode(n.xy) : n;
+    n = mat3(engine.frame_from_normals) * n;
     float squared = dot(n, n);
     n = squared > 0.0 ? n / sqrt(squared) : v;
     return n - 2.0 * min(dot(n, v), 0.0) * v;
@@ -125,11 +125,14 @@ void main() {
         metallic = texel[engine.channels >> 2u & 3u];
     }
     vec3 emissive = has(HAS_EMISSIVE) ? texelFetch(emissive_image, pixel, 0).rgb : vec3(0.0);
-    vec3 n = normal_of(pixel, p, to_viewer(p));
+    vec3 v = to_viewer(p);
+    vec3 face = face_of(pixel, p, v);
+    vec3 n = normal_of(pixel, v, face);
+    vec2 face_code = octahedral_encode(face);
     uint code = has(HAS_IDS) ? texelFetch(id_image, pixel, 0).r : 1u;
     imageStore(code_map, pixel, uvec4(code));
     imageStore(position_roughness_map, pixel, vec4(p, clamp(roughness, 0.0, 1.0)));
     imageStore(normal_metallic_map, pixel, vec4(n, clamp(metallic, 0.0, 1.0)));
-    imageStore(base_color_map, pixel, vec4(base_color_of(pixel), 0.0));
-    imageStore(emissive_map, pixel, vec4(emissive, 0.0));
+    imageStore(base_color_map, pixel, vec4(base_color_of(pixel), face_code.x));
+    imageStore(emissive_map, pixel, vec4(emissive, face_code.y));
 }

@@ -24,6 +24,8 @@ layout(constant_id = 7) const bool MEASURE_LIGHTS = false; // what is measured b
 layout(constant_id = 8) const bool DETAIL = false;
 layout(constant_id = 9) const bool TARGET = false;
 layout(constant_id = 10) const bool OUTLINE = false;
+layout(constant_id = 11) const uint SHADOW_SIDE = 0;
+layout(constant_id = 12) const bool NEAR_LIGHTS = false;
 
 #include "color.glsl"
 
@@ -75,7 +77,7 @@ vec2 shade_color(uint first_light, ivec2 pixel, vec3 p, vec3 n) {
     Lit lit = Lit(looks.unlit, 0.0);
     vec3 v = to_viewer(p);
     for (uint l = 0; l < LIGHTS; ++l) {
-        add_light(lights[first_light + l], p, n, v, looks, lit);
+        add_light(lights[first_light + l], pixel, p, n, v, looks, lit);
     }
     return encoded(lit);
 }

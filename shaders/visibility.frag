@@ -3,6 +3,7 @@
 // Reference: src/cpu/visibility/.
 #extension GL_GOOGLE_include_directive : require
 #include "surface.glsl"
+#include "octahedral.glsl"
 
 layout(location = 0) out uint out_code;
 layout(location = 1) out vec4 out_position_roughness;
@@ -15,6 +16,7 @@ void main() {
     out_code = instances[instance].first_polygon + uint(gl_PrimitiveID);
     out_position_roughness = vec4(position, seen.roughness);
     out_normal_metallic = vec4(seen.normal, seen.metallic);
-    out_base_color = vec4(seen.base_color, 0.0);
-    out_emissive = vec4(seen.emissive, 0.0);
+    vec2 face = octahedral_encode(seen.face);
+    out_base_color = vec4(seen.base_color, face.x);
+    out_emissive = vec4(seen.emissive, face.y);
 }

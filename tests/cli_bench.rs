@@ -89,6 +89,21 @@ fn there_is_a_row_for_each_combination() {
 }
 
 #[test]
+fn the_shadow_table_is_timed() {
+    let place = Folder::new();
+    let what = ["ball.gltf", "--size", "16x16", "--lights", "1", "--population", "2"];
+    for (device, shadows, timed) in
+        [("vulkan", "on", true), ("vulkan", "off", false), ("cpu", "on", false)]
+    {
+        let how = ["--device", device, "--shadows", shadows];
+        let bench = bench(&place, &[&what[..], &how].concat());
+        let row = &bench["rows"][0];
+        check(row);
+        assert_eq!(row["shadows_ms"].is_f64(), timed, "{row}");
+    }
+}
+
+#[test]
 fn every_pipeline_and_baseline_is_measured_on_reliefs_and_written() {
     let place = Folder::new();
     let what = ["--triangles", "200,3k", "--instanced", "--size", "24x20", "--population", "2,5"];

@@ -156,6 +156,7 @@ fn the_list_of_devices_ends_with_the_native_evaluator() {
     for device in &devices[..devices.len() - 1] {
         assert_eq!(device["pipeline"], "compute");
         assert!(!device["pipeline_reason"].as_str().unwrap().is_empty());
+        assert!(!device["shadow_reason"].as_str().unwrap().is_empty());
     }
     let text = place.klieg(&["devices"]).assert().success();
     let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();

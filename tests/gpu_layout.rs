@@ -6,6 +6,7 @@ use klieg::gpu::layout::{
 };
 use klieg::gpu::shaders;
 use klieg::lighting::LightRecord;
+use klieg::scene::occluders::{Node, Triangle};
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op};
 use std::collections::{BTreeMap, HashMap};
@@ -137,6 +138,8 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 key
             }),
         ),
+        ("Node", host!(Node { low, skip, high, triangles })),
+        ("Triangle", host!(Triangle { corner, opacity, edge1, padding1, edge2, padding2 })),
         ("Moments", host!(MomentPart { count, mean, deviation })),
         ("Gradient", host!(GradientPart { surface, edge })),
         (

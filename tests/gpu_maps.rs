@@ -34,6 +34,9 @@ const SNAPPED: f32 = 6.0 / 256.0;
 /// weights of 8 bits.
 const TEXEL: f32 = 0.02;
 
+/// The polygon's normal, which devices make of the positions' steps from pixel to pixel.
+const FACE: f32 = 0.01;
+
 fn context() -> Arc<Context> {
     let options = ContextOptions { validation: true, ..Default::default() };
     Context::new(&options).expect("a Vulkan device and the validation layer")
@@ -51,8 +54,8 @@ struct Agreement {
     object_pixels: usize,
     /// Share of the pixels that are object in either where both show the same polygon.
     same_code: f64,
-    /// Shares of those within the tolerance: length, normal, material.
-    close: [f64; 3],
+    /// Shares of those within the tolerance: length, normal, material, and the polygon's own normal.
+    close: [f64; 4],
     /// What the shares must be.
     needed: f64,
 }
@@ -74,15 +77,16 @@ impl Agreement {
                 scalar(a.depth[i], b.depth[i]).max(vector(a.position[i], b.position[i])),
                 vector(a.normal[i], b.normal[i]),
                 colors.max(factors),
+                vector(a.face[i], b.face[i]),
             ]
         };
         let snapped = 1e-5 + SNAPPED / a.height as f32;
         let texel = TEXEL + snapped;
         let normal_mapped = scene.materials.iter().any(|m| m.normal_texture.is_some());
-        let tolerances = [snapped, if normal_mapped { texel } else { snapped }, texel];
-        let mut close = [0; 3];
+        let tolerances = [snapped, if normal_mapped { texel } else { snapped }, texel, FACE];
+        let mut close = [0; 4];
         for differences in same.iter().map(|&i| differences(i)) {
-            for k in 0..3 {
+            for k in 0..4 {
                 close[k] += usize::from(differences[k] <= tolerances[k]);
             }
         }

@@ -14,7 +14,9 @@ use klieg::lighting::LightKind;
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
 use klieg::objective::maps::{Maps, PixelType, Surface};
+use klieg::objective::shadows::ShadowSettings;
 use klieg::scene::engine::{EngineCamera, NormalCode, NormalSpace, SurfaceFormat};
+use klieg::scene::occluders::Occluders;
 use klieg_support::{engine, figures, gpu as support, reference};
 use reference::{difference, reference};
 use std::sync::Arc;
@@ -130,6 +132,13 @@ fn far(a: &Maps, b: &Maps) -> (f32, usize) {
     (distance.into_iter().fold(0.0, f32::max), types)
 }
 
+/// Share of the object pixels whose polygons look the same way, up to an angle of that cosine.
+fn same_faces(a: &Surface, b: &Surface, cosine: f32) -> f32 {
+    let object = (0..a.code.len()).filter(|&at| a.code[at] != 0 && b.code[at] != 0);
+    let same = |&at: &usize| Vec3::from(a.face[at]).dot(b.face[at].into()) > cosine;
+    object.clone().filter(same).count() as f32 / object.count() as f32
+}
+
 /// The maps that the device makes of the images, and those of the reference.
 fn both(
     engine: &Engine,
@@ -157,9 +166,12 @@ fn the_surface_is_the_one_that_klieg_would_draw() {
         assert!(made.counts.object() > 300 && made.counts.edge > 20, "{:?}", made.counts);
         let (distance, types) = far(&made, &reference);
         assert!(distance < 2e-4 && types <= 2, "{distance} {types}");
-        let (distance, types) = far(&made, &cpu::maps(surface, &Objective::default()));
+        let (distance, types) = far(&made, &cpu::maps(surface.clone(), &Objective::default()));
         assert!(distance < 1e-3 && types <= 2, "{distance} {types}");
         assert_eq!(made.visible, reference.visible);
+        assert!(same_faces(&made.surface, &reference.surface, 0.995) > 0.99);
+        // A pixel's neighbours show other polygons.
+        assert!(same_faces(&made.surface, &surface, 0.9) > 0.8);
     }
     assert_eq!(engine.end(), [""; 0]);
 }
@@ -288,6 +300,54 @@ fn scores_are_those_of_the_references_for_a_moving_camera() {
                 assert!(far < 1e-4, "{tuning:?} view {i}: {far}");
                 let picture = quality.picture.iter().zip(&expected.picture);
                 assert!(picture.clone().all(|(a, b)| (a - b).abs() < 1e-3), "view {i}");
+            }
+        }
+    }
+    assert_eq!(engine.end(), [""; 0]);
+}
+
+#[test]
+fn a_scene_casts_shadows_on_what_an_engine_draws() {
+    let engine = Engine::new(ALL);
+    let scene = figures::instances();
+    let settings = ShadowSettings { on: true, side: 15, ..ShadowSettings::default() };
+    let mut all = rigs(11, 4, 2, LightKind::POINT);
+    all[3][0].distance = 0.7;
+    for tuning in tunings() {
+        let context = engine.context(&tuning);
+        let both = (Objective::default(), Shading::default());
+        let mut evaluator =
+            SurfaceEvaluator::with_shadows(&context, SIZE, both, &scene, &settings).unwrap();
+        evaluator.evaluator().reserve(4, 2).unwrap();
+        for eye in [DVec3::new(1.0, 1.2, 4.0), DVec3::new(-2.5, 2.4, 2.0)] {
+            let camera = camera(eye);
+            let (images, format, _) = drawn(&camera);
+            let uploaded = upload(&engine, &images);
+            let surface = import(&evaluator, &uploaded, &format);
+            let before = context.counters();
+            let frame = Frame::record(&engine, |cmd| {
+                // SAFETY: the frame is waited for before anything is dropped.
+                unsafe {
+                    evaluator.record_view(cmd, &surface, &camera).unwrap();
+                    let target = ScoreTarget::Mapped;
+                    evaluator.evaluator().record(cmd, &population(&all), target).unwrap();
+                }
+            });
+            assert_eq!(context.counters(), before, "a recording makes nothing");
+            frame.submit();
+            frame.wait();
+            let mut scores = [0.0; 4];
+            evaluator.evaluator().read_scores(&mut scores).unwrap();
+            let view = evaluator.view().unwrap().clone();
+            let mut maps = evaluator.evaluator().maps().unwrap().clone();
+            let plain = all.iter().map(|rig| reference(&maps, &view, rig).score);
+            let plain: Vec<_> = plain.collect();
+            let occluders = Arc::new(Occluders::new(&scene, &view).unwrap());
+            maps.shadows = Some(cpu::shadows::table(&maps.surface, occluders, &settings));
+            for ((score, rig), plain) in scores.iter().zip(&all).zip(plain) {
+                let expected = reference(&maps, &view, rig).score;
+                assert!((score - expected).abs() < 2e-4, "{tuning:?}: {score} {expected}");
+                assert!((score - plain).abs() > 1e-3, "{tuning:?}: {score} {plain}");
             }
         }
     }

@@ -81,6 +81,25 @@ fn a_ball_has_its_shadow_where_it_must_be() {
 }
 
 #[test]
+fn light_from_below_a_polygon_s_horizon_is_shadowed_by_what_stands_there() {
+    // Normals are bent to the right, where a light stands a little behind the wall, and a ball before it.
+    let mut wall = rectangle(1.0, 1.0);
+    wall.vertices.iter_mut().for_each(|vertex| vertex.normal = [0.9, 0.0, 0.435_89]);
+    let place = DVec3::new(1.6, 0.0, 0.0);
+    let ball = DMat4::from_translation(place) * DMat4::from_scale(DVec3::splat(0.3));
+    let parts = [(wall, matt(0.8), DMat4::IDENTITY), (sphere(12), matt(0.8), ball)];
+    let shown = Shown::new(scene(parts), 1.0, 64, 32);
+    let azimuth = 95f32.to_radians();
+    let kind = LightKind::DIRECTIONAL;
+    let light = Light { kind, azimuth, specular: 0.0, ..Light::default() }.record();
+    let settings = Settings { samples: 1, ..Settings::default() };
+    let image = shown.draw(light, &settings, true).image;
+    // The picture's middle is that of the view: the eye stands on the z axis.
+    let [behind, beside] = [0.0, 0.7].map(|y| shown.at(&image, 1.0, 0.0, y)[0]);
+    assert!(behind < 60 && beside > 150, "{behind} {beside}");
+}
+
+#[test]
 fn a_light_with_a_size_has_a_soft_shadow_of_the_same_middle() {
     let shown = Shown::new(ball_and_wall(), 2.5, 80, 80);
     let settings = Settings { samples: 4, ..Settings::default() };

@@ -1,9 +1,10 @@
 // Local illumination in colour, for any light and either BRDF. The including shader declares the
-// specialisation constant GLTF. Reference: src/lighting/shading.rs.
+// specialisation constant GLTF, and what shadow.glsl asks for. Reference: src/lighting/shading.rs.
 #ifndef KLIEG_COLOR
 #define KLIEG_COLOR
 
 #include "light.glsl"
+#include "shadow.glsl"
 #include "shading.glsl"
 
 // How a point reflects. Of Blinn-Phong: the specular reflectance with its normalisation, and half the
@@ -40,8 +41,8 @@ float masking(float a, float b, float alpha2) {
     return a * sqrt(b * b * (1.0 - alpha2) + alpha2);
 }
 
-// Adds what a light does at p; n unit normal, v unit vector to the viewer.
-void add_light(Light light, vec3 p, vec3 n, vec3 v, ColorReflectance looks, inout Lit lit) {
+// Adds what a light does at p, which a pixel shows; n unit normal, v unit vector to the viewer.
+void add_light(Light light, ivec2 pixel, vec3 p, vec3 n, vec3 v, ColorReflectance looks, inout Lit lit) {
     vec3 l = light.position;
     float falloff = 1.0;
     if (light.radius2 > 0.0) {
@@ -56,6 +57,9 @@ void add_light(Light light, vec3 p, vec3 n, vec3 v, ColorReflectance looks, inou
     }
     float cone = clamp(light.cone_offset - dot(light.axis, l) * light.cone_scale, 0.0, 1.0);
     float received = falloff * n_l * cone * cone;
+    if (SHADOW_SIDE > 0) {
+        received *= light_visibility(light, pixel, p, l);
+    }
     vec3 h = l + v;
     float length2 = max(dot(h, h), 1e-20);
     float n_v = dot(n, v);

@@ -7,6 +7,7 @@
 
 #include "constants.glsl"
 #include "light.glsl"
+#include "octahedral.glsl"
 
 layout(set = 0, binding = 0, std140) uniform Parameters {
     uvec2 size; // width and height, pixels
@@ -42,6 +43,12 @@ layout(set = 0, binding = 3) uniform texture2D normal_metallic_map;
 layout(set = 0, binding = 4) uniform texture2D base_color_map;
 layout(set = 0, binding = 5) uniform texture2D emissive_map;
 
+// The polygon's unit normal, turned to the viewer.
+vec3 face_of(ivec2 pixel) {
+    return octahedral_decode(vec2(
+        texelFetch(base_color_map, pixel, 0).w, texelFetch(emissive_map, pixel, 0).w));
+}
+
 // Maps made from it.
 layout(set = 0, binding = 6, r32f) uniform image2D depth_map;
 layout(set = 0, binding = 7, r32f) uniform image2D sobel_map;
@@ -58,10 +65,13 @@ layout(set = 0, binding = 14) uniform texture2D surface_1;
 layout(set = 0, binding = 15) uniform texture2D surface_2;
 
 // The same for shading in colour, in layers: diffuse reflectance and lobe; specular reflectance and
-// |grad n| on SURFACE; unlit radiance and target picture. See color.glsl. A single pixel where nothing is
-// in colour.
+// |grad n| on SURFACE; unlit radiance and target picture; with shadows the polygon's normal and the ambient
+// occlusion. See color.glsl. A single pixel where nothing is in colour.
 layout(set = 0, binding = 25, rgba32f) uniform writeonly image2DArray color_records;
 layout(set = 0, binding = 26) uniform texture2DArray color_surface;
+
+// The shadow table, written; see shadow.glsl for how it is read, and for bindings 28 to 32.
+layout(set = 0, binding = 27, r32ui) uniform writeonly uimage2DArray shadow_words;
 
 layout(set = 0, binding = 16, std430) buffer ViewStatistics {
     uint surface; // SURFACE pixels

@@ -23,6 +23,7 @@ struct Surface {
     vec3 base_color;
     float roughness;
     vec3 emissive;
+    vec3 face; // the polygon's normal, unit length, turned to the viewer
 };
 
 // The texture coordinates' steps to the neighbouring pixels, both sets.
@@ -53,7 +54,7 @@ vec3 turned(vec3 n, vec3 face, vec3 to_viewer) {
 }
 
 // The shading normal; `face` is the polygon's, of any length and sign.
-vec3 shading_normal(MaterialRecord material, vec3 texel, vec3 face) {
+vec3 shading_normal(MaterialRecord material, vec3 texel, vec3 face, vec3 to_viewer) {
     vec3 n = normal;
     if ((material.flags & NORMAL_MAPPED) != 0u) {
         vec3 t = 2.0 * texel - 1.0;
@@ -61,8 +62,6 @@ vec3 shading_normal(MaterialRecord material, vec3 texel, vec3 face) {
         float scale = material.emissive_normal_scale.w;
         n = tangent.xyz * (t.x * scale) + bitangent * (t.y * scale) + normal * t.z;
     }
-    vec3 to_viewer =
-        eye.w == 1.0 ? vec3(0.0, 0.0, 1.0) : unit_or(eye.xyz - position, vec3(0.0, 0.0, 1.0));
     return turned(unit_or(n, to_viewer), face, to_viewer);
 }
 
@@ -87,9 +86,12 @@ Surface surface() {
     vec3 normal_texel = lookup(normal_texture, material.textures[2], steps).xyz;
     vec3 emissive =
         material.emissive_normal_scale.rgb * lookup(emissive_texture, material.textures[3], steps).rgb;
-    return Surface(shading_normal(material, normal_texel, face),
-        material.metallic * metallic_roughness.b, base.rgb,
-        material.roughness * metallic_roughness.g, emissive);
+    vec3 to_viewer =
+        eye.w == 1.0 ? vec3(0.0, 0.0, 1.0) : unit_or(eye.xyz - position, vec3(0.0, 0.0, 1.0));
+    vec3 n = shading_normal(material, normal_texel, face, to_viewer);
+    face = unit_or(dot(face, to_viewer) < 0.0 ? -face : face, to_viewer);
+    return Surface(n, material.metallic * metallic_roughness.b, base.rgb,
+        material.roughness * metallic_roughness.g, emissive, face);
 }
 
 #endif

@@ -275,6 +275,7 @@ unsafe fn as_tuning(tuning: *const klieg_tuning) -> Outcome<Tuning> {
             let (data, size) = (tuning.pipeline_cache.cast::<u8>(), tuning.pipeline_cache_size);
             Ok(Tuning {
                 any_lights: false,
+                shadow_maker: None,
                 picture_memory: (tuning.picture_memory > 0).then_some(tuning.picture_memory),
                 pipeline: choice(&pipelines, tuning.pipeline, "pipeline")?,
                 shape: choice(&shapes, tuning.shape, "shape")?,

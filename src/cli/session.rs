@@ -351,7 +351,9 @@ fn evaluator_on(
             Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?))
         }
         Opened::Vulkan(stored) => {
-            let gpu = GpuEvaluator::new(&stored.context, scene, view, objective, shading)?;
+            let (context, shadows) = (&stored.context, &settings.shadows);
+            let both = (objective, shading);
+            let gpu = GpuEvaluator::with_shadows(context, scene, view, both, shadows)?;
             Engine::Vulkan { gpu: Box::new(gpu), _stored: Arc::clone(stored) }
         }
     })

@@ -11,13 +11,16 @@ use super::measure::tiles::Tiles;
 use super::scene::drawable::Drawable;
 use super::view::drawn::{self, Drawn};
 use super::view::memory::ViewMemory;
+use super::view::shadows::untraceable;
 use super::vulkan::choice::Lights;
 use super::vulkan::choice::{ComputeShape, PipelineKind};
 use super::vulkan::commands::Commands;
+use super::vulkan::pipeline::RigKind;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
-use crate::lighting::{Light, Population, check_number};
+use crate::lighting::{Light, LightRecord, Population, check_number};
 use crate::objective::maps::Maps;
+use crate::objective::shadows::ShadowSettings;
 use crate::objective::{Objective, Quality};
 use crate::scene::Scene;
 use crate::scene::view::View;
@@ -64,7 +67,7 @@ use std::sync::Arc;
 /// ```
 pub struct GpuEvaluator {
     generation: Option<GenerationMemory>,
-    recorded: Option<(u32, usize)>,
+    recorded: Option<(u32, RigKind)>,
     commands: Vec<Commands>,
     fitness: Fitness,
     measure: Box<dyn Measure + Send>,
@@ -88,7 +91,7 @@ struct Source {
 }
 
 impl GpuEvaluator {
-    /// An evaluator that draws the scene and makes the view's maps on the device.
+    /// An evaluator that draws the scene and makes the view's maps on the device. Lights cast no shadows.
     ///
     /// # Errors
     /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
@@ -103,9 +106,24 @@ impl GpuEvaluator {
         objective: Objective,
         shading: Shading,
     ) -> Result<Self> {
-        let lights = context.lights();
+        Self::with_shadows(context, scene, view, (objective, shading), &ShadowSettings::default())
+    }
+
+    /// The same with shadows as the settings have them.
+    ///
+    /// # Errors
+    /// As [`GpuEvaluator::new`]; [`Error::Argument`] as [`ShadowSettings::check`], and [`Error::Input`] as
+    /// [`Occluders::new`](crate::scene::occluders::Occluders::new).
+    pub fn with_shadows(
+        context: &Arc<Context>,
+        scene: &Scene,
+        view: &View,
+        (objective, shading): (Objective, Shading),
+        shadows: &ShadowSettings,
+    ) -> Result<Self> {
+        let (lights, settings) = (context.lights(), (&objective, &shading));
         let (memory, drawn, drawable) =
-            drawn::draw(context, scene, view, &objective, &shading, lights)?;
+            drawn::draw(context, scene, view, settings, lights, Some(shadows))?;
         let objects = drawn.objects(&memory)?;
         let drawable = Arc::new(drawable);
         let measure = measure(context, &memory, objects, Views::Scene(&drawable))?;
@@ -115,7 +133,7 @@ impl GpuEvaluator {
         Ok(Self { source: Some(source), ..Self::of(context, memory, objects, measure, maps)? })
     }
 
-    /// An evaluator for a view whose maps are known.
+    /// An evaluator for a view whose maps are known. Lights cast shadows where the maps have a table of them.
     ///
     /// # Errors
     /// [`Error::Argument`] when maps and view differ in size or the picture is too large for the
@@ -220,7 +238,10 @@ impl GpuEvaluator {
     /// [device errors](crate::Error::is_device).
     pub fn reserve(&mut self, individuals: u32, lights: usize) -> Result<()> {
         check_number(lights)?;
-        self.prepare(individuals, lights)
+        if self.view.shadows.is_traceable() {
+            self.prepare(individuals, RigKind { lights, near: true })?;
+        }
+        self.prepare(individuals, RigKind { lights, near: false })
     }
 
     /// Records the evaluation of a population into an engine's command buffer, outside render passes:
@@ -263,21 +284,22 @@ impl GpuEvaluator {
             let fault = "an evaluation that is recorded knows klieg's own terms alone";
             return Err(Error::Argument(fault.into()));
         }
-        let (individuals, lights) = (population.len(), population.lights());
+        let (individuals, rigs) = (population.len(), self.rig_kind(population));
         let records = population.records();
         let held = |g: &&mut GenerationMemory| {
             u32::try_from(individuals).is_ok_and(|i| g.holds(i, records.len()))
         };
         let generation =
-            self.generation.as_mut().filter(held).filter(|_| self.measure.prepared(lights));
+            self.generation.as_mut().filter(held).filter(|_| self.measure.prepared(rigs));
         let generation = generation.ok_or_else(|| {
+            let lights = rigs.lights;
             Error::Argument(format!("no room was made for {individuals} rigs of {lights} lights"))
         })?;
         let context = &self.context;
         context.follow_earlier(cmd);
         context.update(cmd, &generation.lights, records);
         let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);
-        generation.record(cmd, context, stages, (individuals as u32, lights));
+        generation.record(cmd, context, stages, (individuals as u32, rigs));
         // SAFETY: the caller's promises for the buffer.
         unsafe { generation.deliver(cmd, context, individuals as u32, target) };
         Ok(())
@@ -291,11 +313,25 @@ impl GpuEvaluator {
         GenerationMemory::read_scores(self.generation.as_ref(), scores)
     }
 
+    /// What the pipelines are specialised to for a population.
+    fn rig_kind(&self, population: &Population) -> RigKind {
+        let shadows = self.view.shadows.side > 0;
+        let near = shadows && population.records().iter().any(LightRecord::is_near);
+        RigKind { lights: population.lights(), near }
+    }
+
     /// Makes memory and pipelines, unless they are there.
-    fn prepare(&mut self, individuals: u32, lights: usize) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for lights within a scene that is more than the device can trace rays in, and
+    /// what makes memory and pipelines reports.
+    fn prepare(&mut self, individuals: u32, rigs: RigKind) -> Result<()> {
         self.context.check_present()?;
-        let records = individuals as usize * lights;
-        self.measure.prepare(&self.view, lights)?;
+        if rigs.near && !self.view.shadows.is_traceable() {
+            return Err(untraceable(&self.context));
+        }
+        let records = individuals as usize * rigs.lights;
+        self.measure.prepare(&self.view, rigs)?;
         let stages: (_, &mut dyn Measure) = (&mut self.view, &mut *self.measure);
         let (generation, wanted) = (&mut self.generation, (individuals, records));
         if GenerationMemory::grow(generation, &self.context, stages, wanted)? {
@@ -386,9 +422,9 @@ impl GpuEvaluator {
     fn evaluate_here(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
         let individuals = u32::try_from(population.len())
             .map_err(|_| Error::Argument(format!("{} individuals", population.len())))?;
-        self.prepare(individuals, population.lights())?;
+        let plan = (individuals, self.rig_kind(population));
+        self.prepare(individuals, plan.1)?;
         let generation = self.generation.as_mut().expect("made by `prepare`");
-        let plan = (individuals, population.lights());
         if self.recorded != Some(plan) {
             self.recorded = None;
             let stages = (&self.view, &*self.measure as &dyn Measure, &self.fitness);

@@ -18,13 +18,14 @@ mod vulkan;
 
 pub use engine::picture_evaluator::PictureEvaluator;
 pub use engine::pictures::ImportedPictures;
-pub use engine::surface::{EngineImage, ImportedSurface, SurfaceEvaluator, SurfaceImages};
+pub use engine::surface::{EngineImage, ImportedSurface, SurfaceImages};
+pub use engine::surface_evaluator::SurfaceEvaluator;
 pub use evaluator::GpuEvaluator;
 pub use measure::generation::ScoreTarget;
 pub use readback::ReadbackEvaluator;
 pub use vulkan::allocator::{Access, DeviceAllocator, DeviceMemory, MemoryRequest};
 pub use vulkan::borrowed::{BorrowedDevice, QueueLock};
-pub use vulkan::choice::{ComputeShape, PipelineKind};
+pub use vulkan::choice::{ComputeShape, PipelineKind, ShadowMaker};
 pub use vulkan::context::{Context, ContextOptions, Counters, Tuning};
 pub use vulkan::devices::{DeviceChoice, DeviceReport, devices};
 pub use vulkan::features::{EnabledFeatures, FeatureChain};

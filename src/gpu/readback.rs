@@ -10,6 +10,7 @@ use super::view::memory::ViewMemory;
 use super::vulkan::choice::Lights;
 use super::vulkan::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
 use super::vulkan::memory::{Access, Buffer};
+use super::vulkan::pipeline::RigKind;
 use crate::cpu::fitness;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::{Brdf, Shading};
@@ -60,7 +61,7 @@ impl ReadbackEvaluator {
             return Err(Error::Argument(fault.into()));
         }
         let (view, drawn, scene) =
-            drawn::draw(context, scene, view, &objective, &shading, Lights::Plain)?;
+            drawn::draw(context, scene, view, (&objective, &shading), Lights::Plain, None)?;
         let maps = drawn.read(&view)?;
         let mut draw = ForwardDraw::new(context, &view, Arc::new(scene))?;
         let bytes = (MAX_LIGHTS * size_of::<LightRecord>()) as u64;
@@ -100,7 +101,7 @@ impl ReadbackEvaluator {
     fn draw_one(&mut self, rig: &[LightRecord]) -> Result<()> {
         if self.recorded != Some(rig.len()) {
             self.recorded = None;
-            self.draw.prepare(&self.view, rig.len())?;
+            self.draw.prepare(&self.view, of_lights(rig.len()))?;
             self.record(rig.len())?;
             self.recorded = Some(rig.len());
         }
@@ -123,7 +124,7 @@ impl ReadbackEvaluator {
         commands.record(|cmd| {
             timer.reset(cmd);
             timer.stage(cmd, draw.stem(), || {
-                draw.record(cmd, view, (&Chunk::default(), 1), lights);
+                draw.record(cmd, view, (&Chunk::default(), 1), of_lights(lights));
             });
             timer.stage(cmd, "readback", || {
                 let image = draw.pictures();
@@ -144,6 +145,11 @@ impl ReadbackEvaluator {
         let statistics = fitness::statistics(&self.maps, &self.picture, &self.objective);
         Ok((self.objective.quality(&statistics, &self.maps.statistics()), statistics))
     }
+}
+
+/// Rigs of `lights` lights, that cast no shadows.
+fn of_lights(lights: usize) -> RigKind {
+    RigKind { lights, near: false }
 }
 
 /// # Errors

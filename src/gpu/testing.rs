@@ -4,11 +4,13 @@ use super::measure::generation::{Fitness, GenerationMemory, Measure};
 use super::view::memory::{GBuffer, ViewMemory};
 use super::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::vulkan::memory::{Access, Buffer, Image};
+use super::vulkan::pipeline::RigKind;
 use super::{Context, ContextOptions};
 use crate::cpu;
 use crate::lighting::LightRecord;
 use crate::math::frame::Frame;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
+use crate::objective::shadows::place;
 use crate::scene::view::{Camera, Projection, View};
 use ash::vk;
 use bytemuck::Pod;
@@ -73,6 +75,7 @@ pub fn maps(width: u32, height: u32) -> (Maps, View) {
         surface.depth.push(4.0 - z);
         surface.position.push(keep([x, y, z]));
         surface.normal.push(keep(normal.to_array()));
+        surface.face.push(keep(Vec3::new(x, y, z).normalize().to_array()));
         surface.base_color.push(keep([wave(5), wave(7), wave(11)]));
         surface.metallic.push(keep([wave(13); 3])[0]);
         surface.roughness.push(keep([wave(17); 3])[0]);
@@ -104,15 +107,15 @@ pub fn scores(
     (memory, measure): (&mut ViewMemory, &mut dyn Measure),
     (individuals, lights): (u32, &[LightRecord]),
 ) -> Vec<f32> {
-    let of_rig = lights.len() / individuals as usize;
-    measure.prepare(memory, of_rig).unwrap();
+    let rigs = RigKind { lights: lights.len() / individuals as usize, near: false };
+    measure.prepare(memory, rigs).unwrap();
     let fitness = Fitness::new(context, memory, measure).unwrap();
     let size = (individuals, lights.len());
     let mut generation = GenerationMemory::new(context, memory, measure, size).unwrap();
     generation.lights.write(lights).unwrap();
     Commands::once(context, |cmd| {
         let stages = (&*memory, &*measure, &fitness);
-        generation.record(cmd, context, stages, (individuals, of_rig));
+        generation.record(cmd, context, stages, (individuals, rigs));
         Ok(())
     })
     .unwrap();
@@ -126,13 +129,15 @@ pub fn upload_surface(context: &Arc<Context>, surface: &Surface, to: &GBuffer) {
     let join = |a: &[[f32; 3]], b: &[f32]| -> Vec<[f32; 4]> {
         a.iter().zip(b).map(|(a, &b)| [a[0], a[1], a[2], b]).collect()
     };
-    let zero = vec![0.0; surface.code.len()];
+    let face = |k: usize| -> Vec<f32> {
+        surface.face.iter().map(|&face| place(face.into())[k] * 2.0 - 1.0).collect()
+    };
     let source = vk::BufferUsageFlags::TRANSFER_SRC;
     let vec4 = [
         (join(&surface.position, &surface.roughness), &to.position_roughness),
         (join(&surface.normal, &surface.metallic), &to.normal_metallic),
-        (join(&surface.base_color, &zero), &to.base_color),
-        (join(&surface.emissive, &zero), &to.emissive),
+        (join(&surface.base_color, &face(0)), &to.base_color),
+        (join(&surface.emissive, &face(1)), &to.emissive),
     ]
     .map(|(data, image)| (Buffer::of(context, "upload", &data, source).unwrap(), image));
     let code = Buffer::of(context, "upload", &surface.code, source).unwrap();

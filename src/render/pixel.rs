@@ -160,11 +160,16 @@ impl Painter<'_> {
     }
 
     /// Whether nothing stands within `distance` of a sample in that unit direction. What points below the
-    /// sample's own polygon, where the smooth normal alone still sees the light, counts as free.
+    /// sample's own polygon, where the smooth normal alone still sees the light, is looked for along the polygon:
+    /// so a smooth terminator stays smooth, and what something else shadows stays dark.
     fn sees(&self, sample: &Sample, direction: Vec3, distance: f32) -> bool {
         let Some(occluders) = self.stage.occluders else { return true };
-        let Sample { place, face, .. } = sample;
-        face.dot(direction) <= 0.0
-            || !occluders.blocked(occluders::leave(place.position, *face), direction, distance)
+        let Sample { place, face, .. } = *sample;
+        let above = face.dot(direction);
+        let direction = match above > 0.0 {
+            true => direction,
+            false => (direction - above * face).normalize_or(face),
+        };
+        !occluders.blocked(occluders::leave(place.position, face), direction, distance)
     }
 }

@@ -198,6 +198,26 @@ pub fn normal_mapped() -> Scene {
     scene
 }
 
+/// Balls that are instances of one mesh, behind a card full of holes and over a sheet with two sides.
+pub fn shadowed() -> Scene {
+    let holes = Material { base_color_texture: uses(0, 1), alpha_cutoff: 0.5, ..plain() };
+    let single = Material { double_sided: false, ..plain() };
+    let meshes = vec![grid(6, 0, ball), grid(2, 1, flat), grid(1, 2, flat)];
+    let at = |x: f64, y: f64, z: f64, scale: f64| {
+        DMat4::from_translation(DVec3::new(x, y, z)) * DMat4::from_scale(DVec3::splat(scale))
+    };
+    let lying = DMat4::from_rotation_x(-1.4) * at(0.0, 0.0, -0.6, 1.0);
+    let placed = [
+        (0, at(-0.5, 0.0, 0.0, 0.35)),
+        (0, at(0.4, -0.2, -0.3, -0.3)),
+        (1, at(0.2, 0.5, 0.5, 0.4)),
+        (2, lying),
+    ];
+    let mut scene = scene(meshes, vec![single, holes, plain()], &placed);
+    scene.textures = vec![texture([Wrap::Mirror, Wrap::Clamp], true, true, [64, 64])];
+    scene
+}
+
 /// A quad full of holes before another quad.
 pub fn masked() -> Scene {
     let holes = Material { base_color_texture: uses(0, 1), alpha_cutoff: 0.5, ..plain() };

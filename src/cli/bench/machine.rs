@@ -195,6 +195,13 @@ impl Machine {
         }
     }
 
+    /// The time of the view's shadow table, milliseconds; none without shadows, and for the native evaluator.
+    pub fn shadows_ms(&self) -> Option<f64> {
+        let Self::Whole(Engine::Vulkan { gpu, .. }) = self else { return None };
+        let row = gpu.view_timings().iter().find(|(stage, _)| *stage == "shadows");
+        row.map(|&(_, time)| time)
+    }
+
     /// Device memory that is taken, bytes.
     pub fn device_memory(&self) -> Option<u64> {
         self.vulkan().map(|context| context.memory_taken())

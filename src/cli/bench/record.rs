@@ -81,6 +81,8 @@ pub struct Setup {
     pub object_pixels: u32,
     /// Setting the device up and making the view's maps, once.
     pub maps_ms: f64,
+    /// The shadow table, a part of that; none without shadows, and where it is not timed.
+    pub shadows_ms: Option<f64>,
     /// Where it is known.
     pub ceiling: Option<Ceiling>,
 }
@@ -101,6 +103,7 @@ impl Setup {
             size,
             object_pixels,
             maps_ms,
+            shadows_ms: machine.shadows_ms(),
             ceiling: Ceiling::of(machine),
         }
     }

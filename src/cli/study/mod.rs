@@ -99,7 +99,7 @@ impl Common {
             figures: &exhibit.data,
         };
         let text = json::text(&file)?;
-        staging.write(&format!("{study}.json"), &text)?;
+        staging.write(format!("{study}.json"), &text)?;
         let files = staging.publish()?;
         if self.scene.json {
             print::out(text)

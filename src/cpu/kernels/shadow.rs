@@ -71,8 +71,8 @@ fn find([x, y, z]: &[Lanes; 3], side: u32, places: &mut Places) {
         let (u, v) = if z[k] < 0.0 { (folded_u, folded_v) } else { (u, v) };
         let (u, v) = ((0.5 * u + 0.5) * last, (0.5 * v + 0.5) * last);
         let (cell_u, cell_v) = (floor(u, most), floor(v, most));
-        cells_x[k] = cell_u as i32 as u32;
-        cells_y[k] = cell_v as i32 as u32;
+        cells_x[k] = integer(cell_u);
+        cells_y[k] = integer(cell_v);
         within_x[k] = u - cell_u;
         within_y[k] = v - cell_v;
     }
@@ -86,14 +86,24 @@ fn floor(x: f32, most: f32) -> f32 {
     x.floor()
 }
 
+/// A small integer, 0 or more, as such.
+#[inline(always)]
+fn integer(x: f32) -> u32 {
+    /// From here on the last bit of a number is worth 1.
+    const UNIT: f32 = 8_388_608.0;
+    (x + UNIT).to_bits() - UNIT.to_bits()
+}
+
 /// Rows of one word each.
 #[inline(always)]
 fn read_narrow(block: &[u32], places: &Places, taps: &mut [[u32; LANES]; 4]) {
     let [cells_x, cells_y] = &places.cell;
     let (mut above, mut below) = ([0; LANES], [0; LANES]);
+    let last = block.len() - 1;
     for k in 0..LANES {
         let first = cells_y[k] as usize * LANES + k;
-        (above[k], below[k]) = (block[first], block[first + LANES]);
+        // Never more than the last, but a bound that the compiler knows keeps panics out of the loop.
+        (above[k], below[k]) = (block[first.min(last)], block[(first + LANES).min(last)]);
     }
     let [a, b, c, d] = taps;
     for k in 0..LANES {

@@ -86,23 +86,23 @@ impl Tile {
 }
 
 /// What a tile's rays can meet, whatever their direction.
-struct Surroundings<'a> {
+struct Surroundings {
     /// Triangles in leaves that the tile itself touches.
-    near: Vec<&'a Triangle>,
+    near: Vec<Triangle>,
     /// Largest subtrees that the tile does not touch: their nodes,
     far: Vec<Range<usize>>,
     /// and their boxes, by [`BOXES`]: the eight numbers of a node.
     boxes: Vec<[[f32; BOXES]; 8]>,
 }
 
-impl<'a> Surroundings<'a> {
-    fn new(tile: &Tile, occluders: &'a Occluders) -> Self {
+impl Surroundings {
+    fn new(tile: &Tile, occluders: &Occluders) -> Self {
         let (mut near, mut far) = (Vec::new(), Vec::new());
         let mut at = 0;
         while let Some(node) = occluders.nodes.get(at) {
             if tile.overlaps(node) {
                 let triangles = occluders.triangles[node.range()].iter();
-                near.extend(triangles.filter(|triangle| tile.any_corner_above(triangle)));
+                near.extend(triangles.copied().filter(|triangle| tile.any_corner_above(triangle)));
                 at += 1;
             } else {
                 if tile.any_box_above(node) {

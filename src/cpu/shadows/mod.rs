@@ -13,6 +13,7 @@ use crate::objective::shadows::{
 use crate::scene::occluders::{Occluders, leave};
 use beam::Tile;
 use glam::Vec3;
+use multiversion::multiversion;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -108,30 +109,46 @@ fn tiles(surface: &Surface) -> Vec<Vec<u32>> {
 fn finish(surface: &Surface, mut shadows: Shadows) -> Shadows {
     let object: Vec<usize> = (0..surface.code.len()).filter(|&at| surface.code[at] != 0).collect();
     let weighted = weighted_directions(shadows.side());
-    let open = |(number, &at): (usize, &usize)| {
-        openness(&shadows, &weighted, number, surface.normal[at].into())
-    };
-    let openness = object.par_iter().enumerate().map(open).collect();
+    let words = words(shadows.side());
+    let blocks = shadows.blocks().par_chunks(words * BLOCK).zip(object.par_chunks(BLOCK));
+    let open = blocks.flat_map_iter(|(block, pixels)| {
+        let mut normal = [[0.0; BLOCK]; 3];
+        for (lane, &at) in pixels.iter().enumerate() {
+            (0..3).for_each(|axis| normal[axis][lane] = surface.normal[at][axis]);
+        }
+        openness(block, &weighted, &normal).into_iter().take(pixels.len())
+    });
+    let openness = open.collect();
     shadows.set_openness(openness);
     shadows
 }
 
 /// Directions of the map with their shares of the sphere.
-fn weighted_directions(side: u32) -> Vec<([u32; 2], Vec3)> {
-    let rows = (0..side).flat_map(|y| (0..side).map(move |x| [x, y]));
-    rows.map(|at| (at, direction(side, at) * solid_angle(side, at))).collect()
+fn weighted_directions(side: u32) -> Vec<Direction> {
+    let rows = (0..side).flat_map(|y| (0..side).map(move |x| solid_angle(side, [x, y])));
+    let weigh = |(d, share): (Direction, f32)| Direction { towards: d.towards * share, ..d };
+    directions(side).into_iter().zip(rows).map(weigh).collect()
 }
 
-/// Ambient occlusion: the cosine-weighted share of the directions above a surface of the unit normal `n`
-/// from which light comes to an object pixel.
-fn openness(shadows: &Shadows, weighted: &[([u32; 2], Vec3)], number: usize, n: Vec3) -> f32 {
-    let (mut open, mut all) = (0.0, 0.0);
-    for &(at, direction) in weighted {
-        let weight = n.dot(direction).max(0.0);
-        all += weight;
-        open += if shadows.bit(number, at) { weight } else { 0.0 };
+/// Ambient occlusion: the cosine-weighted share of the directions above surfaces of the unit normals
+/// `normal`, by axis, from which light comes to the pixels of a block of the table.
+#[multiversion(targets = "simd")]
+fn openness(block: &[u32], weighted: &[Direction], normal: &[[f32; BLOCK]; 3]) -> [f32; BLOCK] {
+    let (mut open, mut all) = ([0.0f32; BLOCK], [0.0f32; BLOCK]);
+    let [x, y, z] = normal;
+    for d in weighted {
+        let words = &block[d.word * BLOCK..][..BLOCK];
+        for lane in 0..BLOCK {
+            let cosine = x[lane] * d.towards.x + y[lane] * d.towards.y + z[lane] * d.towards.z;
+            let weight = if cosine > 0.0 { cosine } else { 0.0 };
+            all[lane] += weight;
+            open[lane] += if words[lane] >> d.bit & 1 != 0 { weight } else { 0.0 };
+        }
     }
-    open / all
+    for lane in 0..BLOCK {
+        open[lane] /= if all[lane] > 0.0 { all[lane] } else { 1.0 };
+    }
+    open
 }
 
 #[cfg(test)]

@@ -3,3 +3,4 @@
 pub mod picture_evaluator;
 pub mod pictures;
 pub mod surface;
+pub mod surface_evaluator;

@@ -11,6 +11,7 @@ use crate::gpu::view::drawn::Drawn;
 use crate::gpu::view::memory::ViewMemory;
 use crate::gpu::vulkan::choice::Lights;
 use crate::gpu::vulkan::commands::Commands;
+use crate::gpu::vulkan::pipeline::RigKind;
 use crate::lighting::shading::Shading;
 use crate::objective::maps::Maps;
 use crate::objective::{Objective, Quality};
@@ -19,6 +20,9 @@ use crate::scene::view::View;
 use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
+
+/// Pictures come without their lights.
+const WITHOUT_LIGHTS: RigKind = RigKind { lights: 0, near: false };
 
 /// Measures pictures that an engine renders itself: a layered image goes in, a score for each layer
 /// comes out.
@@ -78,7 +82,7 @@ impl PictureEvaluator {
         // The engine's shading is its own.
         let shading = Shading::default();
         let (stages, memory) =
-            SurfaceStages::new(context, size, &objective, &shading, Lights::Plain)?;
+            SurfaceStages::new(context, size, (&objective, &shading), Lights::Plain, None)?;
         let measure = Layered::new(context, &memory, Pictures::new(context, &memory)?)?;
         Ok(Self {
             generation: None,
@@ -218,7 +222,7 @@ impl PictureEvaluator {
         self.measure.stage.read(pictures, first_layer);
         context.follow_earlier(cmd);
         let stages = (&self.memory, &self.measure as &dyn Measure, &self.fitness);
-        generation.record(cmd, context, stages, (count, 0));
+        generation.record(cmd, context, stages, (count, WITHOUT_LIGHTS));
         // SAFETY: the caller's promises for the buffer.
         unsafe { generation.deliver(cmd, context, count, target) };
         Ok(())
@@ -324,7 +328,12 @@ impl PictureEvaluator {
         self.measure.stage.read(pictures, first_layer);
         let generation = self.generation.as_mut().expect("made by `reserve`");
         let stages = (&self.memory, &self.measure as &dyn Measure, &self.fitness);
-        generation.record_submissions(&mut self.commands, &self.context, stages, (count, 0))?;
+        generation.record_submissions(
+            &mut self.commands,
+            &self.context,
+            stages,
+            (count, WITHOUT_LIGHTS),
+        )?;
         self.commands.iter_mut().try_for_each(Commands::run)
     }
 }

@@ -10,6 +10,7 @@ use crate::gpu::view::memory::{PIXEL_GROUP, PUSH_BYTES, PUSH_STAGES, ViewMemory,
 use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ};
 use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Buffer, Image};
+use crate::gpu::vulkan::pipeline::RigKind;
 use crate::gpu::vulkan::pipeline::{Binding, DescriptorSet, Pipeline, PipelineLayout, set_layout};
 use crate::scene::engine::{PictureChannels, PictureEncoding, PictureFormat};
 use crate::{Error, Result};
@@ -157,11 +158,11 @@ impl PictureStage for Pictures {
         u32::MAX
     }
 
-    fn prepare(&mut self, _view: &ViewMemory, _lights: usize) -> Result<()> {
+    fn prepare(&mut self, _view: &ViewMemory, _rigs: RigKind) -> Result<()> {
         Ok(())
     }
 
-    fn prepared(&self, _lights: usize) -> bool {
+    fn prepared(&self, _rigs: RigKind) -> bool {
         true
     }
 
@@ -184,7 +185,7 @@ impl PictureStage for Pictures {
         cmd: vk::CommandBuffer,
         view: &ViewMemory,
         (chunk, count): (&Chunk, u32),
-        _lights: usize,
+        _rigs: RigKind,
     ) {
         let Source { set, pipeline, first_layer } = self.source.as_ref().expect("what to read");
         let readers = (COMPUTE_READ.0 | COPY_READ.0, COMPUTE_READ.1 | COPY_READ.1);

@@ -7,12 +7,12 @@ use crate::constants::{
     HAS_ROUGHNESS_METALLIC, NORMAL_OCTAHEDRAL, NORMAL_UNSIGNED,
 };
 use crate::gpu::Context;
-use crate::gpu::evaluator::GpuEvaluator;
 use crate::gpu::layout::{EngineSurface, Parameters};
 use crate::gpu::shaders;
 use crate::gpu::view::maps::MapStages;
 use crate::gpu::view::memory::{PIXEL_GROUP, ViewMemory};
 use crate::gpu::view::records::Records;
+use crate::gpu::view::shadows::{self, Casting, ShadowStage};
 use crate::gpu::vulkan::choice::Lights;
 use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, StageTimer,
@@ -21,9 +21,13 @@ use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::{Binding, DescriptorSet, Pipeline, PipelineLayout, set_layout};
 use crate::lighting::shading::Shading;
+use crate::math::frame::Frame;
 use crate::objective::Objective;
+use crate::objective::shadows::ShadowSettings;
+use crate::scene::Scene;
 use crate::scene::engine::{EngineCamera, NormalCode, NormalSpace, SurfaceFormat};
-use crate::scene::view::View;
+use crate::scene::occluders::Occluders;
+use crate::scene::view::{View, bounds};
 use ash::vk;
 use glam::{DMat3, DMat4};
 use std::sync::Arc;
@@ -76,12 +80,42 @@ pub struct ImportedSurface {
     flags: u32,
 }
 
+/// What casts the shadows of an engine's views. It stands in a frame of its own, as the light frame turns with
+/// the camera.
+struct Cast {
+    occluders: Arc<Occluders>,
+    frame: Frame,
+    side: u32,
+}
+
+impl Cast {
+    fn new(
+        context: &Context,
+        view: &View,
+        scene: &Scene,
+        settings: &ShadowSettings,
+    ) -> Result<Self> {
+        let side = shadows::side(context, [view.width, view.height], settings)?;
+        let (center, radius) = bounds(scene)?;
+        let (view, projection) = (DMat4::IDENTITY, DMat4::IDENTITY);
+        let fixed = EngineCamera { view, projection, center, radius }.view(1, 1)?;
+        let occluders = Arc::new(Occluders::new(scene, &fixed)?);
+        Ok(Self { occluders, frame: fixed.frame, side })
+    }
+
+    fn casting(&self) -> Casting<'_> {
+        Casting { occluders: &self.occluders, side: self.side }
+    }
+}
+
 /// The stages that make a view's maps of an engine's surface, in the engine's commands.
 pub(in crate::gpu) struct SurfaceStages {
     stage: Pipeline,
     layout: PipelineLayout,
     block: Buffer,
     maps: MapStages,
+    /// With the frame of the occluders.
+    shadows: Option<(ShadowStage, Frame)>,
     records: Records,
     objective: Objective,
     shading: Shading,
@@ -97,9 +131,9 @@ impl SurfaceStages {
     pub(in crate::gpu) fn new(
         context: &Arc<Context>,
         [width, height]: [u32; 2],
-        objective: &Objective,
-        shading: &Shading,
+        (objective, shading): (&Objective, &Shading),
         lights: Lights,
+        shadows: Option<(&Scene, &ShadowSettings)>,
     ) -> Result<(Self, ViewMemory)> {
         context.check_present()?;
         objective.check()?;
@@ -112,7 +146,13 @@ impl SurfaceStages {
             radius: 1.0,
         };
         let view = camera.view(width, height)?;
-        let mut memory = ViewMemory::new(context, &view, objective, shading, lights)?;
+        let shadows = match shadows.filter(|(_, settings)| settings.on) {
+            Some((scene, settings)) => Some(Cast::new(context, &view, scene, settings)?),
+            None => None,
+        };
+        let casting = shadows.as_ref().map(Cast::casting);
+        let settings = (objective, shading);
+        let mut memory = ViewMemory::new(context, &view, settings, lights, casting)?;
         memory.add_g_buffer(vk::ImageUsageFlags::STORAGE)?;
         let layout = set_layout(context, &bindings())?;
         let layout = PipelineLayout::new(context, &[layout], vk::ShaderStageFlags::empty(), 0)?;
@@ -123,6 +163,10 @@ impl SurfaceStages {
             layout,
             block: Buffer::new(context, "engine surface", size, usage, Access::Device)?,
             maps: MapStages::new(context, &memory, None)?,
+            shadows: match shadows {
+                Some(cast) => Some((ShadowStage::new(context, &memory)?, cast.frame)),
+                None => None,
+            },
             records: Records::new(context, &memory)?,
             objective: *objective,
             shading: *shading,
@@ -160,6 +204,10 @@ impl SurfaceStages {
     fn record_maps(&self, cmd: vk::CommandBuffer, memory: &ViewMemory) -> Result<()> {
         let mut timer = StageTimer::new(&self.context, 0)?;
         self.maps.record(cmd, memory, &mut timer);
+        if let Some((stage, _)) = &self.shadows {
+            let rows = 0..memory.size[1];
+            timer.stage(cmd, "shadows", || stage.record(cmd, &self.context, memory, rows));
+        }
         timer.stage(cmd, "reflectance", || self.records.record(cmd, &self.context, memory));
         let readers = (COMPUTE_READ.0 | COPY_READ.0, COMPUTE_READ.1 | COPY_READ.1);
         self.context.barrier(cmd, COMPUTE_WRITE, readers);
@@ -236,6 +284,11 @@ impl SurfaceStages {
         let parameters = Parameters::new(&view, &self.objective, &self.shading);
         context.update(cmd, &memory.parameters, &[parameters]);
         context.update(cmd, &self.block, &[block(surface, camera, &view)]);
+        if let Some((_, frame)) = &self.shadows {
+            let occluders_from_frame = frame.from_world() * view.frame.from_world().inverse();
+            let matrix = occluders_from_frame.as_mat4().to_cols_array();
+            context.update(cmd, &memory.shadows.frame, &[matrix]);
+        }
         let run = Dispatch {
             pipeline: &self.stage,
             layout: self.layout,
@@ -281,142 +334,5 @@ fn block(surface: &ImportedSurface, camera: &EngineCamera, view: &View) -> Engin
         channels: format.roughness_channel | format.metallic_channel << 2,
         size: [view.width, view.height],
         padding: [0; 2],
-    }
-}
-
-/// Measures populations against the views that an engine draws: its own surface stands for a scene.
-///
-/// The engine draws, [`SurfaceEvaluator::record_view`] makes the maps of what is seen, and
-/// [`SurfaceEvaluator::evaluator`] measures populations of lights against them. Before the first view
-/// the picture is empty. The memory is for pictures whose every pixel shows an object.
-///
-/// ```no_run
-/// use ash::vk;
-/// use klieg::gpu::{Context, EngineImage, ScoreTarget, SurfaceEvaluator, SurfaceImages};
-/// use klieg::lighting::shading::Shading;
-/// use klieg::objective::Objective;
-/// use klieg::design::Designer;
-/// use klieg::scene::engine::{EngineCamera, SurfaceFormat};
-/// # use std::sync::Arc;
-///
-/// # unsafe fn frame(context: &Arc<Context>, [depth, normal]: [vk::ImageView; 2], camera: EngineCamera,
-/// #     cmd: vk::CommandBuffer, buffer: vk::Buffer, designer: &mut Designer, scores: &[f32],
-/// # ) -> klieg::Result<()> { unsafe {
-/// let size = [1280, 720];
-/// let mut klieg =
-///     SurfaceEvaluator::new(context, size, Objective::default(), Shading::default())?;
-/// klieg.evaluator().reserve(30, 2)?;
-/// let image = |view| EngineImage { view, layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL };
-/// let images = SurfaceImages {
-///     depth: image(depth),
-///     normal: Some(image(normal)),
-///     base_color: None,
-///     roughness_metallic: None,
-///     emissive: None,
-///     ids: None,
-/// };
-/// let surface = klieg.import(&images, &SurfaceFormat::default())?;
-///
-/// // Each frame, after the engine's G-buffer pass.
-/// klieg.record_view(cmd, &surface, &camera)?;
-/// let target = ScoreTarget::Buffer { buffer, offset: 0 };
-/// klieg.evaluator().record(cmd, designer.ask(), target)?;
-/// // After the frame's fence.
-/// designer.tell(scores)?;
-/// # Ok(()) } }
-/// ```
-pub struct SurfaceEvaluator {
-    evaluator: GpuEvaluator,
-    stages: SurfaceStages,
-    view: Option<View>,
-}
-
-impl SurfaceEvaluator {
-    /// For pictures of `size` (width and height, pixels).
-    ///
-    /// # Errors
-    /// [`crate::Error::Argument`] for settings out of their range and a picture larger than the
-    /// device can take, [`crate::Error::Unsupported`] for a pipeline that the device was not
-    /// imported for, and [device errors](crate::Error::is_device).
-    pub fn new(
-        context: &Arc<Context>,
-        size: [u32; 2],
-        objective: Objective,
-        shading: Shading,
-    ) -> Result<Self> {
-        let lights = context.lights();
-        let (stages, memory) = SurfaceStages::new(context, size, &objective, &shading, lights)?;
-        let mut evaluator = GpuEvaluator::of_any_view(context, memory)?;
-        Commands::once(context, |cmd| {
-            evaluator.record_view(cmd);
-            Ok(())
-        })?;
-        Ok(Self { evaluator, stages, view: None })
-    }
-
-    /// Takes an engine's images in: once for each set of images that the engine draws into.
-    ///
-    /// # Errors
-    /// [`crate::Error::Argument`] for a format out of its range, and
-    /// [device errors](crate::Error::is_device).
-    ///
-    /// # Safety
-    /// The views are of this device and of the evaluator's size, and alive as long as what is recorded
-    /// with the result runs.
-    pub unsafe fn import(
-        &self,
-        images: &SurfaceImages,
-        format: &SurfaceFormat,
-    ) -> Result<ImportedSurface> {
-        // SAFETY: the caller's promise.
-        unsafe { self.stages.import(self.evaluator.view(), images, format) }
-    }
-
-    /// Records the making of the maps of what the engine has drawn, outside render passes: never
-    /// submits, waits or makes anything. What is recorded or evaluated later, until the next view,
-    /// is measured against this view.
-    ///
-    /// # Errors
-    /// As [`EngineCamera::view`].
-    ///
-    /// # Safety
-    /// `cmd` is being recorded on this device, for the family of the context's queue; its submissions
-    /// run one after the other, none beside [`evaluate`](crate::evaluate::Evaluator::evaluate); the
-    /// evaluator and `surface`, which is one of its own, outlive them. The images are in their stated
-    /// layouts and visible to `SHADER_READ` in `COMPUTE_SHADER`; they are left as they are, and may be
-    /// written again after a barrier from `COMPUTE_SHADER`.
-    pub unsafe fn record_view(
-        &mut self,
-        cmd: vk::CommandBuffer,
-        surface: &ImportedSurface,
-        camera: &EngineCamera,
-    ) -> Result<()> {
-        let view = self.stages.record(cmd, self.evaluator.view(), surface, camera)?;
-        self.evaluator.record_view(cmd);
-        self.view = Some(view);
-        Ok(())
-    }
-
-    /// As [`SurfaceEvaluator::record_view`], submitted and waited for at once.
-    ///
-    /// # Errors
-    /// As [`SurfaceEvaluator::record_view`], and [device errors](crate::Error::is_device).
-    ///
-    /// # Safety
-    /// No recording of this evaluator runs; the images as for [`SurfaceEvaluator::record_view`].
-    pub unsafe fn look(&mut self, surface: &ImportedSurface, camera: &EngineCamera) -> Result<()> {
-        let context = Arc::clone(self.evaluator.context());
-        // SAFETY: the caller's promise; the commands run and end here.
-        Commands::once(&context, |cmd| unsafe { self.record_view(cmd, surface, camera) })
-    }
-
-    /// The view that was recorded last: the frame in which the lights stand.
-    pub fn view(&self) -> Option<&View> {
-        self.view.as_ref()
-    }
-
-    /// What measures populations against the view that was recorded last.
-    pub fn evaluator(&mut self) -> &mut GpuEvaluator {
-        &mut self.evaluator
     }
 }

@@ -58,8 +58,20 @@ pub mod binding {
     /// Storage array, RGBA32_SFLOAT, write: the records for shading in colour.
     pub const COLOR_RECORDS: u32 = 25;
     /// Sampled array: the same; diffuse reflectance and lobe, specular reflectance and `|∇n|`, unlit
-    /// radiance and target picture.
+    /// radiance and target picture, with shadows the polygon's normal and the ambient occlusion.
     pub const COLOR_SURFACE: u32 = 26;
+    /// Storage array, R32_UINT, write: the shadow table, a layer for each word of a pixel.
+    pub const SHADOW_WORDS: u32 = 27;
+    /// Sampled array: the same.
+    pub const SHADOW_TABLE: u32 = 28;
+    /// Storage block: `Node[]` of the occluders.
+    pub const NODES: u32 = 29;
+    /// Storage block: `Triangle[]` of the occluders.
+    pub const TRIANGLES: u32 = 30;
+    /// Storage block: opacity of the occluders, words.
+    pub const OPACITY: u32 = 31;
+    /// Uniform block: the occluders' frame from the light frame, a matrix.
+    pub const OCCLUDERS_FRAME: u32 = 32;
 }
 
 /// Numbers of the bindings of set 1 of the stages that visit object pixels alone.
@@ -115,15 +127,17 @@ pub fn bindings() -> Vec<Binding> {
     let kind = |number| match number {
         binding::PARAMETERS => (Kind::UNIFORM_BUFFER, all),
         binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX | all),
-        binding::COLOR_RECORDS => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
-        binding::COLOR_SURFACE => (Kind::SAMPLED_IMAGE, all),
+        binding::COLOR_RECORDS | binding::SHADOW_WORDS => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
+        binding::COLOR_SURFACE | binding::SHADOW_TABLE => (Kind::SAMPLED_IMAGE, all),
+        binding::NODES..=binding::OPACITY => (Kind::STORAGE_BUFFER, all),
+        binding::OCCLUDERS_FRAME => (Kind::UNIFORM_BUFFER, all),
         binding::DEPTH..=binding::RECORD_2 => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
         binding::CODE..=binding::EMISSIVE => (Kind::SAMPLED_IMAGE, all),
         binding::SURFACE_0..=binding::SURFACE_2 => (Kind::SAMPLED_IMAGE, all),
         binding::PICTURES => (Kind::SAMPLED_IMAGE, Stage::COMPUTE),
         _ => (Kind::STORAGE_BUFFER, Stage::COMPUTE),
     };
-    (0..=binding::COLOR_SURFACE)
+    (0..=binding::OCCLUDERS_FRAME)
         .map(|number| {
             let (kind, stages) = kind(number);
             (number, kind, stages)

@@ -10,11 +10,11 @@ use crate::gpu::layout::Chunk;
 use crate::gpu::scene::drawable::{Drawable, VERTICES};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
+use crate::gpu::view::records::Coloring;
 use crate::gpu::vulkan::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
 use crate::gpu::vulkan::graphics::{DEPTH, Framebuffer, GraphicsPipeline, RenderPass, attachment};
 use crate::gpu::vulkan::memory::{Buffer, Image, ImageDesc};
-use crate::gpu::vulkan::pipeline::{ByLights, DescriptorSet, PipelineLayout};
-use crate::lighting::shading::Brdf;
+use crate::gpu::vulkan::pipeline::{ByRigs, DescriptorSet, PipelineLayout, RigKind};
 use ash::vk;
 use std::sync::Arc;
 
@@ -23,15 +23,21 @@ use std::sync::Arc;
 const COMPONENTS: u32 = 24 + 6 * MAX_LIGHTS;
 const BUILT_IN: u32 = 5;
 
+/// Bindings of set 2 behind the lights: the records for shading in colour, and the five of
+/// [`ShadowMemory::write`](crate::gpu::view::shadows::ShadowMemory::write).
+const COLORS: u32 = 1;
+const SHADOWS: u32 = 2;
+
 /// The draw, with a pipeline for each number of lights seen.
 pub struct ForwardDraw {
     target: Option<Target>,
-    pipelines: ByLights,
+    pipelines: ByRigs,
     pass: RenderPass,
     layout: PipelineLayout,
-    lights: DescriptorSet,
+    /// The lights and, in colour, what shadows are made of.
+    set: DescriptorSet,
     scene: Arc<Drawable>,
-    color: Option<Brdf>,
+    color: Option<Coloring>,
     context: Arc<Context>,
 }
 
@@ -56,14 +62,27 @@ impl ForwardDraw {
             return Err(context.unsupported(lacks));
         }
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let kind = (vk::DescriptorType::STORAGE_BUFFER, stages);
-        let lights = DescriptorSet::new(context, "forward", &[(0, kind.0, kind.1)])?;
+        let fragment = vk::ShaderStageFlags::FRAGMENT;
+        let (image, storage) =
+            (vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::STORAGE_BUFFER);
+        let bindings = [
+            (0, storage, stages),
+            (COLORS, image, fragment),
+            (SHADOWS, image, fragment),
+            (SHADOWS + 1, storage, fragment),
+            (SHADOWS + 2, storage, fragment),
+            (SHADOWS + 3, storage, fragment),
+            (SHADOWS + 4, vk::DescriptorType::UNIFORM_BUFFER, fragment),
+        ];
+        let mut set = DescriptorSet::new(context, "forward", &bindings)?;
+        set.write_image(COLORS, &view.colors, vk::ImageLayout::GENERAL);
+        view.shadows.write(&mut set, SHADOWS);
         Ok(Self {
             target: None,
-            pipelines: ByLights::default(),
+            pipelines: ByRigs::default(),
             pass: render_pass(context, format(view.color))?,
-            layout: scene.layout(&[lights.layout()])?,
-            lights,
+            layout: scene.layout(&[set.layout()])?,
+            set,
             scene,
             color: view.color,
             context: Arc::clone(context),
@@ -98,11 +117,11 @@ impl PictureStage for ForwardDraw {
         most.min(self.context.report().max_layers)
     }
 
-    fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
+    fn prepare(&mut self, _view: &ViewMemory, rigs: RigKind) -> Result<()> {
         let plain = ("forward", [shaders::FORWARD_VERT, shaders::FORWARD_FRAG]);
         let colored = ("forward_color", [shaders::FORWARD_COLOR_VERT, shaders::FORWARD_COLOR_FRAG]);
         let (stem, shaders) = if self.color.is_some() { colored } else { plain };
-        let constants = population::draw_constants(lights, self.color);
+        let constants = population::draw_constants(rigs, self.color);
         let pipeline = GraphicsPipeline {
             stem,
             shaders,
@@ -111,11 +130,11 @@ impl PictureStage for ForwardDraw {
             layout: self.layout,
             pass: self.pass,
         };
-        self.pipelines.prepare(lights, || pipeline.create(&self.context))
+        self.pipelines.prepare(rigs, || pipeline.create(&self.context))
     }
 
-    fn prepared(&self, lights: usize) -> bool {
-        self.pipelines.has(lights)
+    fn prepared(&self, rigs: RigKind) -> bool {
+        self.pipelines.has(rigs)
     }
 
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, lights: &Buffer) -> Result<()> {
@@ -137,7 +156,7 @@ impl PictureStage for ForwardDraw {
         let images = [&pictures, &depth];
         let framebuffer = Framebuffer::new(&self.context, self.pass, &images, layers)?;
         self.target = Some(Target { framebuffer, pictures, _depth: depth });
-        self.lights.write_buffer(0, lights);
+        self.set.write_buffer(0, lights);
         Ok(())
     }
 
@@ -150,20 +169,20 @@ impl PictureStage for ForwardDraw {
         cmd: vk::CommandBuffer,
         _view: &ViewMemory,
         (chunk, count): (&Chunk, u32),
-        lights: usize,
+        rigs: RigKind,
     ) {
         let background = vk::ClearColorValue { float32: [NO_OBJECT, 0.0, 0.0, 0.0] };
         // With reversed depth 0 is the far plane.
         let clear = [vk::ClearValue { color: background }, vk::ClearValue::default()];
-        let (pass, pipeline) = (self.pass, self.pipelines.of(lights));
+        let (pass, pipeline) = (self.pass, self.pipelines.of(rigs));
         pass.begin(cmd, &self.target().framebuffer, &clear, pipeline);
         let (device, layout) = (self.context.recorder(), self.layout.raw());
-        let (point, set) = (vk::PipelineBindPoint::GRAPHICS, [self.lights.raw()]);
+        let (point, set) = (vk::PipelineBindPoint::GRAPHICS, [self.set.raw()]);
         // SAFETY: `cmd` is being recorded on this device, in the pass that has begun; the set is
         // alive and was made for this layout.
         unsafe {
             device.cmd_bind_descriptor_sets(cmd, point, layout, 2, &set, &[]);
-            self.scene.record(cmd, self.layout, (chunk.first * lights as u32, Some(count)));
+            self.scene.record(cmd, self.layout, (chunk.first * rigs.lights as u32, Some(count)));
             device.cmd_end_render_pass(cmd);
         }
     }

@@ -11,7 +11,7 @@ use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, Commands, HOST_READ, StageTimer,
 };
 use crate::gpu::vulkan::memory::{Access, Buffer};
-use crate::gpu::vulkan::pipeline::Pipeline;
+use crate::gpu::vulkan::pipeline::{Pipeline, RigKind};
 use crate::gpu::vulkan::staging;
 use crate::lighting::{LightRecord, MAX_LIGHTS};
 use crate::objective::Needs;
@@ -61,14 +61,14 @@ pub trait Measure {
     /// [Device errors](crate::Error::is_device).
     fn largest_chunk(&self, view: &ViewMemory) -> Result<u32>;
 
-    /// Makes what rigs of `lights` lights need, unless it is there.
+    /// Makes what such rigs need, unless it is there.
     ///
     /// # Errors
     /// [Device errors](crate::Error::is_device).
-    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
+    fn prepare(&mut self, view: &ViewMemory, rigs: RigKind) -> Result<()>;
 
     /// Whether that is there.
-    fn prepared(&self, lights: usize) -> bool;
+    fn prepared(&self, rigs: RigKind) -> bool;
 
     /// Makes room for `chunk` pictures; the lights will be in `lights`.
     ///
@@ -80,15 +80,14 @@ pub trait Measure {
     /// compute shaders; what it leaves is too.
     fn record_view(&self, cmd: vk::CommandBuffer, view: &ViewMemory);
 
-    /// Records the stages that leave the partial results of a chunk of `count` rigs of `lights`
-    /// lights.
+    /// Records the stages that leave the partial results of a chunk of `count` rigs.
     fn record(
         &self,
         cmd: vk::CommandBuffer,
         view: &ViewMemory,
         timer: &mut StageTimer,
         chunk: (&Chunk, u32),
-        lights: usize,
+        rigs: RigKind,
     );
 
     /// The first picture of the last chunk: `I`, 0 in the background, rows from the top.
@@ -232,18 +231,18 @@ impl GenerationMemory {
         individuals <= self.individuals && records <= self.records
     }
 
-    /// Records a generation of `individuals` rigs of `lights` lights into an engine's commands.
+    /// Records a generation of `individuals` rigs into an engine's commands.
     pub fn record(
         &mut self,
         cmd: vk::CommandBuffer,
         context: &Context,
         stages: Stages<'_>,
-        (individuals, lights): (u32, usize),
+        (individuals, rigs): (u32, RigKind),
     ) {
-        self.record_part(cmd, context, stages, (0..individuals, lights), false);
+        self.record_part(cmd, context, stages, (0..individuals, rigs), false);
     }
 
-    /// Records a generation of `individuals` rigs of `lights` lights into klieg's own commands, with its
+    /// Records a generation of `individuals` rigs into klieg's own commands, with its
     /// times: into one for each submission, which are then to be run in order.
     ///
     /// # Errors
@@ -253,9 +252,9 @@ impl GenerationMemory {
         commands: &mut Vec<Commands>,
         context: &Arc<Context>,
         stages: Stages<'_>,
-        (individuals, lights): (u32, usize),
+        (individuals, rigs): (u32, RigKind),
     ) -> Result<()> {
-        let parts = self.submissions(individuals, lights);
+        let parts = self.submissions(individuals, rigs.lights);
         commands.truncate(parts.len());
         for (i, part) in parts.into_iter().enumerate() {
             if commands.len() == i {
@@ -265,7 +264,7 @@ impl GenerationMemory {
                 if part.start == 0 {
                     self.timer.reset(cmd);
                 }
-                self.record_part(cmd, context, stages, (part, lights), true);
+                self.record_part(cmd, context, stages, (part, rigs), true);
                 Ok(())
             })?;
         }
@@ -285,7 +284,7 @@ impl GenerationMemory {
         cmd: vk::CommandBuffer,
         context: &Context,
         (view, measure, fitness): Stages<'_>,
-        (part, lights): (Range<u32>, usize),
+        (part, rigs): (Range<u32>, RigKind),
         timed: bool,
     ) {
         let timer = if timed { &mut self.timer } else { &mut self.untimed };
@@ -300,10 +299,10 @@ impl GenerationMemory {
                 first,
                 histogram_entries,
                 entries,
-                lights: lights as u32,
+                lights: rigs.lights as u32,
                 ..Chunk::default()
             };
-            measure.record(cmd, view, timer, (&chunk, count), lights);
+            measure.record(cmd, view, timer, (&chunk, count), rigs);
             context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
             timer.stage(cmd, "fitness", || {
                 view.dispatch(cmd, &fitness.0, [count, 1, 1], &chunk);

@@ -11,7 +11,7 @@ use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
 use crate::gpu::vulkan::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer};
 use crate::gpu::vulkan::memory::{Access, Buffer};
-use crate::gpu::vulkan::pipeline::Pipeline;
+use crate::gpu::vulkan::pipeline::{Pipeline, RigKind};
 use crate::objective::{HISTOGRAM_BINS, Needs};
 use ash::vk;
 use std::sync::Arc;
@@ -70,12 +70,12 @@ impl<S: PictureStage> Measure for Layered<S> {
         Ok(u64::from(most).min((memory / (self.stage.pixel_bytes() * pixels)).max(1)) as u32)
     }
 
-    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
-        self.stage.prepare(view, lights)
+    fn prepare(&mut self, view: &ViewMemory, rigs: RigKind) -> Result<()> {
+        self.stage.prepare(view, rigs)
     }
 
-    fn prepared(&self, lights: usize) -> bool {
-        self.stage.prepared(lights)
+    fn prepared(&self, rigs: RigKind) -> bool {
+        self.stage.prepared(rigs)
     }
 
     fn allocate(&mut self, view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
@@ -93,10 +93,10 @@ impl<S: PictureStage> Measure for Layered<S> {
         view: &ViewMemory,
         timer: &mut StageTimer,
         (chunk, count): (&Chunk, u32),
-        lights: usize,
+        rigs: RigKind,
     ) {
         timer.stage(cmd, self.stage.stem(), || {
-            self.stage.record(cmd, view, (chunk, count), lights);
+            self.stage.record(cmd, view, (chunk, count), rigs);
         });
         for (stem, pipeline, [x, y]) in &self.reductions {
             timer.stage(cmd, stem, || view.dispatch(cmd, pipeline, [*x, *y, count], chunk));

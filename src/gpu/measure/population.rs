@@ -6,20 +6,19 @@ use crate::gpu::Context;
 use crate::gpu::layout::Chunk;
 use crate::gpu::shaders;
 use crate::gpu::view::memory::{PUSH_STAGES, ViewMemory};
-use crate::gpu::view::records::gltf;
+use crate::gpu::view::records::Coloring;
 use crate::gpu::vulkan::commands::{COLOR_WRITE, COMPUTE_READ, COPY_READ};
 use crate::gpu::vulkan::graphics::{
     Framebuffer, GraphicsPipeline, RenderPass, VertexInput, attachment,
 };
 use crate::gpu::vulkan::memory::{Buffer, Image, ImageDesc};
-use crate::gpu::vulkan::pipeline::ByLights;
-use crate::lighting::shading::Brdf;
+use crate::gpu::vulkan::pipeline::{ByRigs, RigKind};
 use ash::vk;
 use std::sync::Arc;
 
 /// Format of pictures that klieg draws: sRGB-encoded luminance, negative in the background; in colour the
 /// irradiance beside it (`encoded` of `shaders/include/color.glsl`).
-pub fn format(color: Option<Brdf>) -> vk::Format {
+pub fn format(color: Option<Coloring>) -> vk::Format {
     if color.is_some() { vk::Format::R32G32_SFLOAT } else { vk::Format::R32_SFLOAT }
 }
 
@@ -54,15 +53,15 @@ pub trait PictureStage {
     /// Most pictures that it makes at once, whatever the memory.
     fn most_pictures(&self) -> u32;
 
-    /// Makes what rigs of `lights` lights need, unless it is there. Pictures that come without their
+    /// Makes what such rigs need, unless it is there. Pictures that come without their
     /// lights have rigs of none.
     ///
     /// # Errors
     /// [Device errors](crate::Error::is_device).
-    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()>;
+    fn prepare(&mut self, view: &ViewMemory, rigs: RigKind) -> Result<()>;
 
     /// Whether that is there.
-    fn prepared(&self, lights: usize) -> bool;
+    fn prepared(&self, rigs: RigKind) -> bool;
 
     /// Makes room for `count` pictures; the lights will be in `lights`.
     ///
@@ -80,7 +79,7 @@ pub trait PictureStage {
         cmd: vk::CommandBuffer,
         view: &ViewMemory,
         chunk: (&Chunk, u32),
-        lights: usize,
+        rigs: RigKind,
     );
 }
 
@@ -94,8 +93,8 @@ struct Pictures {
 pub struct StoredDraw {
     pictures: Option<Pictures>,
     pass: RenderPass,
-    pipelines: ByLights,
-    color: Option<Brdf>,
+    pipelines: ByRigs,
+    color: Option<Coloring>,
     context: Arc<Context>,
 }
 
@@ -105,7 +104,7 @@ impl StoredDraw {
     pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
         let pass = render_pass(context, format(view.color))?;
         let (color, context) = (view.color, Arc::clone(context));
-        Ok(Self { pictures: None, pass, pipelines: ByLights::default(), color, context })
+        Ok(Self { pictures: None, pass, pipelines: ByRigs::default(), color, context })
     }
 
     fn target(&self) -> &Pictures {
@@ -134,12 +133,12 @@ impl PictureStage for StoredDraw {
         self.context.report().max_layers
     }
 
-    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
+    fn prepare(&mut self, view: &ViewMemory, rigs: RigKind) -> Result<()> {
         let plain = ("population", [shaders::POPULATION_VERT, shaders::POPULATION_FRAG]);
         let colored =
             ("population_color", [shaders::POPULATION_COLOR_VERT, shaders::POPULATION_COLOR_FRAG]);
         let (stem, shaders) = if self.color.is_some() { colored } else { plain };
-        let constants = draw_constants(lights, self.color);
+        let constants = draw_constants(rigs, self.color);
         let pipeline = GraphicsPipeline {
             stem,
             shaders,
@@ -148,11 +147,11 @@ impl PictureStage for StoredDraw {
             layout: view.layout,
             pass: self.pass,
         };
-        self.pipelines.prepare(lights, || pipeline.create(&self.context))
+        self.pipelines.prepare(rigs, || pipeline.create(&self.context))
     }
 
-    fn prepared(&self, lights: usize) -> bool {
-        self.pipelines.has(lights)
+    fn prepared(&self, rigs: RigKind) -> bool {
+        self.pipelines.has(rigs)
     }
 
     fn allocate(&mut self, [width, height]: [u32; 2], count: u32, _lights: &Buffer) -> Result<()> {
@@ -175,10 +174,10 @@ impl PictureStage for StoredDraw {
         cmd: vk::CommandBuffer,
         view: &ViewMemory,
         (chunk, count): (&Chunk, u32),
-        lights: usize,
+        rigs: RigKind,
     ) {
         let device = self.context.recorder();
-        self.pass.begin(cmd, &self.target().framebuffer, &[], self.pipelines.of(lights));
+        self.pass.begin(cmd, &self.target().framebuffer, &[], self.pipelines.of(rigs));
         let (point, layout) = (vk::PipelineBindPoint::GRAPHICS, view.layout.raw());
         // SAFETY: `cmd` is being recorded on this device; everything bound is alive and was made
         // for this pass and layout.
@@ -198,8 +197,9 @@ pub fn target_layers(count: u32) -> u32 {
 }
 
 /// Specialisation constants of the draws that make pictures.
-pub fn draw_constants(lights: usize, color: Option<Brdf>) -> Vec<u32> {
-    [Some(lights as u32), color.map(gltf)].into_iter().flatten().collect()
+pub fn draw_constants(rigs: RigKind, color: Option<Coloring>) -> Vec<u32> {
+    let color = color.map(|color| color.constants(rigs.near));
+    std::iter::once(rigs.lights as u32).chain(color.into_iter().flatten()).collect()
 }
 
 /// Layers and bytes that an image of pictures can have at most, `written` in this way.

@@ -11,13 +11,12 @@ use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, pixel_binding};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
-use crate::gpu::view::records::gltf;
+use crate::gpu::view::records::Coloring;
 use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, StageTimer};
 use crate::gpu::vulkan::memory::{Buffer, TexelBuffer};
-use crate::gpu::vulkan::pipeline::{ByLights, Pipeline};
+use crate::gpu::vulkan::pipeline::{ByRigs, Pipeline, RigKind};
 use crate::gpu::vulkan::staging;
 use crate::lighting::LightRecord;
-use crate::lighting::shading::Brdf;
 use crate::objective::HISTOGRAM_BINS;
 use ash::vk;
 use std::sync::Arc;
@@ -29,12 +28,12 @@ const LIGHT_BYTES: u32 = size_of::<LightRecord>() as u32;
 
 /// The object pixels, the two stages and the memory between them.
 pub struct Runs {
-    shading: ByLights,
+    shading: ByRigs,
     statistics: Pipeline,
     brightness: Option<TexelBuffer>,
     pixels: Pixels,
     size: [u32; 2],
-    color: Option<Brdf>,
+    color: Option<Coloring>,
     /// What the offset of a window of lights is a multiple of, bytes.
     alignment: u32,
     context: Arc<Context>,
@@ -72,7 +71,7 @@ impl Runs {
         let alignment = context.limits().min_uniform_buffer_offset_alignment.max(1) as u32;
         let (size, color, context) = (view.size, view.color, Arc::clone(context));
         Ok(Self {
-            shading: ByLights::default(),
+            shading: ByRigs::default(),
             statistics,
             brightness: None,
             pixels,
@@ -117,24 +116,24 @@ impl Measure for Runs {
         Ok(u32::try_from(blocks * u64::from(BLOCK)).unwrap_or(u32::MAX - BLOCK))
     }
 
-    fn prepare(&mut self, _view: &ViewMemory, lights: usize) -> Result<()> {
-        let bytes = BLOCK * lights as u32 * LIGHT_BYTES;
+    fn prepare(&mut self, _view: &ViewMemory, rigs: RigKind) -> Result<()> {
+        let bytes = BLOCK * rigs.lights as u32 * LIGHT_BYTES;
         let aligned = bytes.is_multiple_of(self.alignment);
-        let mut constants = vec![GROUP, lights as u32, aligned.into()];
+        let mut constants = vec![GROUP, rigs.lights as u32, aligned.into()];
         let (stem, spirv) = match self.color {
             None => ("shading", shaders::SHADING_COMP),
-            Some(brdf) => {
-                constants.push(gltf(brdf));
+            Some(color) => {
+                constants.extend(color.constants(rigs.near));
                 ("shading_color", shaders::SHADING_COLOR_COMP)
             }
         };
         let layout = &self.pixels.layout;
         let make = || Pipeline::compute(&self.context, stem, spirv, layout, &constants);
-        self.shading.prepare(lights, make)
+        self.shading.prepare(rigs, make)
     }
 
-    fn prepared(&self, lights: usize) -> bool {
-        self.shading.has(lights)
+    fn prepared(&self, rigs: RigKind) -> bool {
+        self.shading.has(rigs)
     }
 
     fn allocate(&mut self, _view: &mut ViewMemory, chunk: u32, lights: &Buffer) -> Result<()> {
@@ -161,13 +160,13 @@ impl Measure for Runs {
         view: &ViewMemory,
         timer: &mut StageTimer,
         (chunk, count): (&Chunk, u32),
-        lights: usize,
+        rigs: RigKind,
     ) {
-        let shading = self.shading.of(lights);
+        let shading = self.shading.of(rigs);
         let blocks = count.div_ceil(BLOCK);
         timer.stage(cmd, "shading", || {
             for block in 0..blocks {
-                let byte = (chunk.first + block * BLOCK) * lights as u32 * LIGHT_BYTES;
+                let byte = (chunk.first + block * BLOCK) * rigs.lights as u32 * LIGHT_BYTES;
                 let window = byte - byte % self.alignment;
                 let push = Chunk { block, light: (byte - window) / LIGHT_BYTES, ..*chunk };
                 let groups = [self.pixels.count.div_ceil(GROUP), 1, 1];

@@ -8,21 +8,20 @@ use crate::gpu::Context;
 use crate::gpu::layout::{Chunk, Tile};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory, push_constants};
-use crate::gpu::view::records::gltf;
 use crate::gpu::vulkan::choice::Subgroups;
 use crate::gpu::vulkan::commands::{
     COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
 };
 use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Access, Buffer};
-use crate::gpu::vulkan::pipeline::{ByLights, DescriptorSet, Pipeline, PipelineLayout};
+use crate::gpu::vulkan::pipeline::{ByRigs, DescriptorSet, Pipeline, PipelineLayout, RigKind};
 use crate::gpu::vulkan::staging;
 use ash::vk;
 use std::sync::Arc;
 
 /// The list of tiles, the stage, and the first picture.
 pub struct Tiles {
-    stages: ByLights,
+    stages: ByRigs,
     /// Where the views change.
     list_stage: Option<Pipeline>,
     count: u32,
@@ -75,7 +74,7 @@ impl Tiles {
         let sets = [view.set.layout(), set.layout()];
         let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
         Ok(Self {
-            stages: ByLights::default(),
+            stages: ByRigs::default(),
             list_stage: None,
             count,
             block: if view.color.is_some() { TILES_COLOR_BLOCK } else { TILES_BLOCK },
@@ -131,20 +130,22 @@ impl Measure for Tiles {
         Ok(u32::try_from(blocks * u64::from(self.block)).unwrap_or(u32::MAX - self.block))
     }
 
-    fn prepare(&mut self, view: &ViewMemory, lights: usize) -> Result<()> {
+    fn prepare(&mut self, view: &ViewMemory, rigs: RigKind) -> Result<()> {
         let (context, spirv, layout) = (&self.context, shaders::TILES_COMP, &self.layout);
         let Subgroups { size, required } = self.subgroups;
-        let mut constants = vec![TILES_GROUP, lights as u32, size, SIDE, self.block];
-        constants.extend([view.color.is_some().into(), view.color.map_or(0, gltf)]);
+        let mut constants = vec![TILES_GROUP, rigs.lights as u32, size, SIDE, self.block];
+        let [gltf, side, near] = view.color.map_or([0; 3], |color| color.constants(rigs.near));
+        constants.extend([view.color.is_some().into(), gltf]);
         constants.extend(generation::measured(view.objective.needs()));
+        constants.extend([side, near]);
         let required = required.then_some(size);
-        self.stages.prepare(lights, || {
+        self.stages.prepare(rigs, || {
             Pipeline::compute_in_subgroups(context, "tiles", spirv, layout, &constants, required)
         })
     }
 
-    fn prepared(&self, lights: usize) -> bool {
-        self.stages.has(lights)
+    fn prepared(&self, rigs: RigKind) -> bool {
+        self.stages.has(rigs)
     }
 
     fn allocate(&mut self, _view: &mut ViewMemory, _chunk: u32, _lights: &Buffer) -> Result<()> {
@@ -170,11 +171,11 @@ impl Measure for Tiles {
         view: &ViewMemory,
         timer: &mut StageTimer,
         (chunk, count): (&Chunk, u32),
-        lights: usize,
+        rigs: RigKind,
     ) {
         timer.stage(cmd, "tiles", || {
             let groups = [self.count, count.div_ceil(self.block), 1];
-            self.dispatch(cmd, view, self.stages.of(lights), (groups, Some(chunk)));
+            self.dispatch(cmd, view, self.stages.of(rigs), (groups, Some(chunk)));
         });
     }
 

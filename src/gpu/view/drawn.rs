@@ -1,27 +1,29 @@
 //! A view that the device itself has drawn and measured.
 
 use super::maps::MapStages;
-use super::memory::{GBuffer, ViewMemory};
-use super::records::Records;
+use super::memory::ViewMemory;
+use super::reader::Reader;
+use super::records::{OPENNESS_LAYER, Records};
+use super::shadows::{self, Casting, ShadowStage};
 use super::visibility::Visibility;
 use crate::Result;
 use crate::cpu;
 use crate::gpu::Context;
 use crate::gpu::scene::drawable::Drawable;
-use crate::gpu::vulkan::choice::Lights;
-use crate::gpu::vulkan::commands::{
-    COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
-};
-use crate::gpu::vulkan::memory::{Access, Buffer, Image};
+use crate::gpu::vulkan::choice::{Lights, ShadowMaker};
+use crate::gpu::vulkan::commands::{COMPUTE_WRITE, COPY_READ, Commands, StageTimer};
+use crate::gpu::vulkan::memory::Buffer;
 use crate::gpu::vulkan::staging;
 use crate::lighting::shading::Shading;
 use crate::objective::Objective;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
+use crate::objective::shadows::{ShadowSettings, Shadows};
 use crate::scene::Scene;
+use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
 use ash::vk;
-use bytemuck::Pod;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Stages that run once for each view.
 const STAGES: u32 = 8;
@@ -32,64 +34,119 @@ pub struct Drawn {
     visible: Option<Buffer>,
     /// Milliseconds of each stage; empty where the device cannot tell.
     pub timings: Vec<(&'static str, f64)>,
+    /// What casts shadows.
+    occluders: Option<Arc<Occluders>>,
     context: Arc<Context>,
 }
 
-/// Draws the scene and makes the maps, ready for a generation. The scene itself need not stay on the
-/// device.
+/// Draws the scene and makes the maps, ready for a generation; with `shadows` that are on, the shadow table
+/// too. The scene itself need not stay on the device.
 ///
 /// # Errors
-/// [`crate::Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
+/// [`crate::Error::Argument`] for a picture larger than the device can draw, as [`View::check`] and as
+/// [`ShadowSettings::check`],
 /// [`crate::Error::Unsupported`] when something of the scene is more than the device can take,
-/// [`crate::Error::Input`] for a scene with more vertices than Vulkan can address and as
-/// [`Scene::check`], and [device errors](crate::Error::is_device).
+/// [`crate::Error::Input`] for a scene with more vertices than Vulkan can address, as
+/// [`Scene::check`] and as [`Occluders::new`], and [device errors](crate::Error::is_device).
 pub fn draw(
     context: &Arc<Context>,
     scene: &Scene,
     view: &View,
-    objective: &Objective,
-    shading: &Shading,
+    (objective, shading): (&Objective, &Shading),
     lights: Lights,
+    shadows: Option<&ShadowSettings>,
 ) -> Result<(ViewMemory, Drawn, Drawable)> {
     context.check_present()?;
     context.check_needs(context.needs().scene, "drawing scenes")?;
-    let mut memory = ViewMemory::new(context, view, objective, shading, lights)?;
+    let occluders = match shadows.filter(|shadows| shadows.on) {
+        Some(settings) => {
+            let side = shadows::side(context, [view.width, view.height], settings)?;
+            Some((Arc::new(Occluders::new(scene, view)?), side))
+        }
+        None => None,
+    };
+    let casting = occluders.as_ref().map(|&(ref occluders, side)| Casting { occluders, side });
+    let mut memory = ViewMemory::new(context, view, (objective, shading), lights, casting)?;
     let g_buffer = memory.add_g_buffer(vk::ImageUsageFlags::COLOR_ATTACHMENT)?;
     let drawable = Drawable::new(context, scene, view, shading)?;
     let visibility = Visibility::new(context, &drawable, g_buffer)?;
-    let drawn =
-        Drawn::new(context, &memory, scene.polygons(), |cmd| visibility.record(cmd, &drawable))?;
+    let occluders = occluders.map(|(occluders, _)| occluders);
+    let drawn = Drawn::new(context, &memory, (scene.polygons(), occluders), |cmd| {
+        visibility.record(cmd, &drawable)
+    })?;
     Ok((memory, drawn, drawable))
 }
 
 impl Drawn {
     /// Makes the maps of what `draw` leaves in the G-buffer, whose colour codes are at most
-    /// `polygons`.
+    /// `polygons`, with the shadows of the occluders.
     fn new(
         context: &Arc<Context>,
         memory: &ViewMemory,
-        polygons: u32,
+        (polygons, occluders): (u32, Option<Arc<Occluders>>),
         draw: impl FnOnce(vk::CommandBuffer),
     ) -> Result<Self> {
         let stages = MapStages::new(context, memory, Some(polygons))?;
         let records = Records::new(context, memory)?;
-        let mut timer = StageTimer::new(context, STAGES)?;
+        let parts = ShadowStage::submissions(memory);
+        let mut timer = StageTimer::new(context, STAGES + parts.len() as u32)?;
         Commands::once(context, |cmd| {
             timer.reset(cmd);
             timer.stage(cmd, "visibility", || draw(cmd));
             stages.record(cmd, memory, &mut timer);
+            context.barrier(cmd, COMPUTE_WRITE, COPY_READ);
+            Ok(())
+        })?;
+        let mut drawn = Self {
+            visible: Some(stages.visible),
+            timings: Vec::new(),
+            occluders,
+            context: Arc::clone(context),
+        };
+        let by_host = drawn.make_shadows(memory, &mut timer)?;
+        Commands::once(context, |cmd| {
             timer.stage(cmd, "reflectance", || records.record(cmd, context, memory));
             context.barrier(cmd, COMPUTE_WRITE, COPY_READ);
             Ok(())
         })?;
         timer.read()?;
-        let timings = timer.rows().to_vec();
-        Ok(Self { visible: Some(stages.visible), timings, context: Arc::clone(context) })
+        drawn.timings.extend(timer.rows());
+        if let (Some(time), false) = (by_host, drawn.timings.is_empty()) {
+            drawn.timings.push(("shadows", time.as_secs_f64() * 1e3));
+        }
+        Ok(drawn)
     }
 
-    /// Of a view whose maps an engine's commands make.
+    /// Makes the shadow table, where there are shadows; the time that it took where the host made it.
+    fn make_shadows(
+        &self,
+        memory: &ViewMemory,
+        timer: &mut StageTimer,
+    ) -> Result<Option<Duration>> {
+        let Some(occluders) = &self.occluders else { return Ok(None) };
+        let context = &self.context;
+        if context.shadow_maker() == ShadowMaker::Device && memory.shadows.is_traceable() {
+            let stage = ShadowStage::new(context, memory)?;
+            for rows in ShadowStage::submissions(memory) {
+                Commands::once(context, |cmd| {
+                    timer.stage(cmd, "shadows", || stage.record(cmd, context, memory, rows));
+                    Ok(())
+                })?;
+            }
+            return Ok(None);
+        }
+        let start = Instant::now();
+        let settings = ShadowSettings { on: true, side: memory.shadows.side, memory: u32::MAX };
+        let surface = self.surface(memory)?.0;
+        let shadows = cpu::shadows::table(&surface, Arc::clone(occluders), &settings);
+        memory.shadows.upload(context, &shadows)?;
+        Ok(Some(start.elapsed()))
+    }
+
+    /// Of a view whose maps an engine's commands make. What is read of it has no shadow table, as its
+    /// occluders are not in the light frame.
     pub fn by_engine(context: &Arc<Context>) -> Self {
-        Self { visible: None, timings: Vec::new(), context: Arc::clone(context) }
+        Self { visible: None, timings: Vec::new(), occluders: None, context: Arc::clone(context) }
     }
 
     /// Object pixels of the view.
@@ -105,9 +162,8 @@ impl Drawn {
     /// # Errors
     /// [Device errors](crate::Error::is_device).
     pub fn read(&self, memory: &ViewMemory) -> Result<Maps> {
-        let g_buffer = memory.g_buffer.as_ref().expect("the view was drawn into it");
+        let (surface, sobel, laplace) = self.surface(memory)?;
         let reader = Reader::new(&self.context, memory.size)?;
-        let (surface, sobel, laplace) = reader.surface(g_buffer, memory.size)?;
         let kind = |number| match number {
             0 => PixelType::Background,
             1 => PixelType::Surface,
@@ -126,7 +182,8 @@ impl Drawn {
         let normal_detail = statistics.normal_detail;
         let (normal_gradient, _) = cpu::normal_detail::normal_detail(&surface, &types);
         let shape = cpu::shape::shape(&surface, &types, &normal_gradient);
-        let (target, shadows) = (Vec::new(), None);
+        let shadows = self.shadows(memory, &surface)?;
+        let target = Vec::new();
         Ok(Maps {
             surface,
             sobel,
@@ -141,6 +198,25 @@ impl Drawn {
             shadows,
         })
     }
+
+    /// The surface, and the depth's Sobel length and Laplacian.
+    fn surface(&self, memory: &ViewMemory) -> Result<(Surface, Vec<f32>, Vec<f32>)> {
+        let g_buffer = memory.g_buffer.as_ref().expect("the view was drawn into it");
+        Reader::new(&self.context, memory.size)?.surface(g_buffer, memory.size)
+    }
+
+    /// The shadow table with the ambient occlusion, where there are shadows.
+    fn shadows(&self, memory: &ViewMemory, surface: &Surface) -> Result<Option<Shadows>> {
+        let Some(occluders) = &self.occluders else { return Ok(None) };
+        let object = surface.code.iter().map(|&code| code != 0);
+        let mut shadows = Shadows::new(memory.shadows.side, object.clone(), Arc::clone(occluders));
+        memory.shadows.read(&self.context, &mut shadows)?;
+        let reader = Reader::new(&self.context, memory.size)?;
+        let texels: Vec<[f32; 4]> = reader.layer(&memory.colors, OPENNESS_LAYER)?;
+        let open = texels.iter().zip(object).filter(|&(_, object)| object).map(|(t, _)| t[3]);
+        shadows.set_openness(open.collect());
+        Ok(Some(shadows))
+    }
 }
 
 /// Positions of the bits that are set, ascending.
@@ -149,66 +225,6 @@ fn set_bits(words: &[u32]) -> Vec<u32> {
         (0..32).filter(move |bit| word >> bit & 1 != 0).map(move |bit| 32 * i as u32 + bit)
     };
     words.iter().enumerate().flat_map(bits).collect()
-}
-
-/// Reads images of one size through one buffer.
-struct Reader {
-    buffer: Buffer,
-    pixels: usize,
-    context: Arc<Context>,
-}
-
-impl Reader {
-    fn new(context: &Arc<Context>, [width, height]: [u32; 2]) -> Result<Self> {
-        let pixels = width as usize * height as usize;
-        let size = (pixels * size_of::<[f32; 4]>()) as u64;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let buffer = Buffer::new(context, "readback", size, usage, Access::Readback)?;
-        Ok(Self { buffer, pixels, context: Arc::clone(context) })
-    }
-
-    /// One entry a pixel of an image in layout `GENERAL`.
-    fn image<T: Pod>(&self, image: &Image) -> Result<Vec<T>> {
-        Commands::once(&self.context, |cmd| {
-            let from = (image, vk::ImageLayout::GENERAL, 0);
-            self.context.download(cmd, from, &self.buffer);
-            self.context.barrier(cmd, COPY_WRITE, HOST_READ);
-            Ok(())
-        })?;
-        let mut out = vec![T::zeroed(); self.pixels];
-        self.buffer.read(&mut out)?;
-        Ok(out)
-    }
-
-    /// The first three components and the last.
-    fn split(&self, image: &Image) -> Result<(Vec<[f32; 3]>, Vec<f32>)> {
-        let texels: Vec<[f32; 4]> = self.image(image)?;
-        Ok(texels.into_iter().map(|[x, y, z, w]| ([x, y, z], w)).unzip())
-    }
-
-    /// The surface, and the depth's Sobel length and Laplacian.
-    fn surface(
-        &self,
-        g_buffer: &GBuffer,
-        [width, height]: [u32; 2],
-    ) -> Result<(Surface, Vec<f32>, Vec<f32>)> {
-        let (position, roughness) = self.split(&g_buffer.position_roughness)?;
-        let (normal, metallic) = self.split(&g_buffer.normal_metallic)?;
-        let surface = Surface {
-            width,
-            height,
-            code: self.image(&g_buffer.code)?,
-            depth: self.image(&g_buffer.depth)?,
-            position,
-            face: normal.clone(),
-            normal,
-            base_color: self.split(&g_buffer.base_color)?.0,
-            metallic,
-            roughness,
-            emissive: self.split(&g_buffer.emissive)?.0,
-        };
-        Ok((surface, self.image(&g_buffer.sobel)?, self.image(&g_buffer.laplace)?))
-    }
 }
 
 #[cfg(test)]
@@ -232,14 +248,14 @@ mod tests {
     fn measured(context: &Arc<Context>, surface: &Surface, view: &View) -> Maps {
         let (objective, shading) = (Objective::default(), Shading::default());
         let mut memory =
-            ViewMemory::new(context, view, &objective, &shading, Lights::Plain).unwrap();
+            ViewMemory::new(context, view, (&objective, &shading), Lights::Plain, None).unwrap();
         testing::upload_surface(
             context,
             surface,
             memory.add_g_buffer(vk::ImageUsageFlags::COLOR_ATTACHMENT).unwrap(),
         );
         let polygons = surface.code.iter().copied().max().unwrap_or(0);
-        let drawn = Drawn::new(context, &memory, polygons, |_| ()).unwrap();
+        let drawn = Drawn::new(context, &memory, (polygons, None), |_| ()).unwrap();
         drawn.read(&memory).unwrap()
     }
 
@@ -248,8 +264,19 @@ mod tests {
         let close = |a: &[f32], b: &[f32]| {
             a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-5)
         };
+        let object = |face: &[f32; 3], at: usize| match references.surface.code[at] {
+            0 => [0.0; 3],
+            _ => *face,
+        };
+        let faces = |maps: &Maps| -> Vec<f32> {
+            let faces = maps.surface.face.iter().zip(0..).map(|(face, at)| object(face, at));
+            faces.flatten().collect()
+        };
+        // The polygon's normal has gone through a code.
+        let surface = Surface { face: references.surface.face.clone(), ..ours.surface.clone() };
         let same = [
-            ("surface", ours.surface == references.surface),
+            ("surface", surface == references.surface),
+            ("face", close(&faces(ours), &faces(references))),
             ("sobel", close(&ours.sobel, &references.sobel)),
             ("laplace", close(&ours.laplace, &references.laplace)),
             ("types", ours.types == references.types),

@@ -11,7 +11,9 @@
 //! - the surface's records, three RGBA32_SFLOAT images that `population` reads: position and
 //!   shininess; normal and diffuse reflectance; specular reflectance (normalised), unlit luminance
 //!   and pixel type (as a float) and 0. The three reflectances are luminances. `reflectance` makes
-//!   them on the device from the G-buffer and the types, and for shading in colour `colors` three more;
+//!   them on the device from the G-buffer and the types, and for shading in colour `colors` three more,
+//!   with shadows four;
+//! - the shadow table and the occluders ([`ShadowMemory`]);
 //! - [`ViewStatistics`]: pixel counts, `G_n` and the background's depth. `fitness` reads the
 //!   counts and `G_n`.
 //!
@@ -20,7 +22,8 @@
 //! recordings see: each of klieg's begins with a barrier after all before it
 //! ([`Commands::record`]; in an engine's commands [`Context::follow_earlier`]).
 
-use super::records;
+use super::records::{self, Coloring};
+use super::shadows::{Casting, ShadowMemory};
 use crate::gpu::Context;
 use crate::gpu::layout::{self, Chunk, Detail, Parameters, ViewStatistics, binding};
 use crate::gpu::vulkan::choice::Lights;
@@ -60,9 +63,9 @@ pub struct GBuffer {
     pub position_roughness: Image,
     /// RGBA32_SFLOAT: unit normal turned to the viewer; metallic factor.
     pub normal_metallic: Image,
-    /// RGBA32_SFLOAT: linear base colour; the last is unused.
+    /// RGBA32_SFLOAT: linear base colour; x of the polygon's normal, octahedral.
     pub base_color: Image,
-    /// RGBA32_SFLOAT: linear emitted radiance; the last is unused.
+    /// RGBA32_SFLOAT: linear emitted radiance; y of the polygon's normal, octahedral.
     pub emissive: Image,
     /// R32_SFLOAT: distance along the view axis.
     pub depth: Image,
@@ -86,11 +89,12 @@ pub struct ViewMemory {
     pub types: Image,
     /// The surface as `population` reads it.
     pub records: [Image; 3],
-    /// The same for shading in colour, in three layers; of a single pixel without.
+    /// The same for shading in colour, in three layers, with shadows four; of a single pixel without.
     pub colors: Image,
-    /// How surfaces reflect where pictures are shaded in colour: where the settings or the lights ask for
-    /// it.
-    pub color: Option<Brdf>,
+    /// How pictures are shaded in colour: where the settings or the lights ask for it.
+    pub color: Option<Coloring>,
+    /// The shadow table, and what casts shadows.
+    pub shadows: ShadowMemory,
     /// [`ViewStatistics`], device-local.
     pub statistics: Buffer,
     /// [`Parameters`], which an engine's commands may update.
@@ -101,18 +105,18 @@ pub struct ViewMemory {
 }
 
 impl ViewMemory {
-    /// Memory for a view; the records, the types and the statistics are yet to be written.
+    /// Memory for a view; the records, the types, the shadow table and the statistics are yet to be written.
     ///
     /// # Errors
     /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
-    /// [`Objective::check`] and [`Shading::check`],
+    /// [`Objective::check`] and [`Shading::check`], [`Error::Unsupported`] as [`ShadowMemory::new`],
     /// and [device errors](crate::Error::is_device).
     pub fn new(
         context: &Arc<Context>,
         view: &View,
-        objective: &Objective,
-        shading: &Shading,
+        (objective, shading): (&Objective, &Shading),
         lights: Lights,
+        casting: Option<Casting<'_>>,
     ) -> Result<Self> {
         view.check()?;
         objective.check()?;
@@ -138,9 +142,14 @@ impl ViewMemory {
         let record = |name| map(context, size, name, vk::Format::R32G32B32A32_SFLOAT);
         let records = [record("record 0")?, record("record 1")?, record("record 2")?];
         let colored = lights == Lights::Any
+            || casting.is_some()
             || shading.brdf != Brdf::BlinnPhong
             || objective.needs() != Needs::NONE;
-        let colors = colors(context, if colored { size } else { [1, 1] })?;
+        let layers = if casting.is_some() { 4 } else { 3 };
+        let colors = colors(context, if colored { size } else { [1, 1] }, layers)?;
+        let shadows = ShadowMemory::new(context, size, casting)?;
+        set.write_image(binding::SHADOW_WORDS, &shadows.table, vk::ImageLayout::GENERAL);
+        shadows.write(&mut set, binding::SHADOW_TABLE);
         set.write_image(binding::COLOR_RECORDS, &colors, vk::ImageLayout::GENERAL);
         set.write_image(binding::COLOR_SURFACE, &colors, vk::ImageLayout::GENERAL);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
@@ -162,14 +171,15 @@ impl ViewMemory {
             types,
             records,
             colors,
-            color: colored.then_some(shading.brdf),
+            color: colored.then_some(Coloring { brdf: shading.brdf, shadow_side: shadows.side }),
+            shadows,
             statistics,
             parameters,
             objective: *objective,
             context: Arc::clone(context),
         };
         let [a, b, c] = &memory.records;
-        to_general(context, &[&memory.types, a, b, c, &memory.colors])?;
+        to_general(context, &[&memory.types, a, b, c, &memory.colors, &memory.shadows.table])?;
         Ok(memory)
     }
 
@@ -208,7 +218,12 @@ impl ViewMemory {
             )));
         }
         maps.check()?;
-        let memory = Self::new(context, view, objective, shading, lights)?;
+        let shadows = maps.shadows.as_ref();
+        let casting = shadows.map(|s| Casting { occluders: s.occluders(), side: s.side() });
+        let memory = Self::new(context, view, (objective, shading), lights, casting)?;
+        if let Some(shadows) = shadows {
+            memory.shadows.upload(context, shadows)?;
+        }
         let types: Vec<u32> = maps.types.iter().map(|&kind| kind as u32).collect();
         let records = records::records(maps, shading);
         let statistics = ViewStatistics::from(maps);
@@ -329,12 +344,12 @@ impl GBuffer {
 }
 
 /// The records for shading in colour.
-fn colors(context: &Arc<Context>, [width, height]: [u32; 2]) -> Result<Image> {
+fn colors(context: &Arc<Context>, [width, height]: [u32; 2], layers: u32) -> Result<Image> {
     let usage = vk::ImageUsageFlags::STORAGE
         | vk::ImageUsageFlags::SAMPLED
         | vk::ImageUsageFlags::TRANSFER_SRC
         | vk::ImageUsageFlags::TRANSFER_DST;
-    let (name, format, layers) = ("colors", vk::Format::R32G32B32A32_SFLOAT, Some(3));
+    let (name, format, layers) = ("colors", vk::Format::R32G32B32A32_SFLOAT, Some(layers));
     Image::new(context, &ImageDesc { name, format, width, height, layers, mips: 1, usage })
 }
 

@@ -3,5 +3,7 @@
 pub mod drawn;
 pub mod maps;
 pub mod memory;
+pub mod reader;
 pub mod records;
+pub mod shadows;
 pub mod visibility;

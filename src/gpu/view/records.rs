@@ -32,14 +32,18 @@ impl Records {
         let stage = |stem, spirv, constants: &[u32]| {
             Pipeline::compute(context, stem, spirv, &view.layout, constants)
         };
-        let colors = |brdf| stage("colors", shaders::COLORS_COMP, &[x, y, gltf(brdf)]);
+        let colors = |color: Coloring| {
+            let [gltf, side, _] = color.constants(false);
+            stage("colors", shaders::COLORS_COMP, &[x, y, gltf, side])
+        };
         Ok(Self {
             reflectance: stage("reflectance", shaders::REFLECTANCE_COMP, &PIXEL_GROUP)?,
             colors: view.color.map(colors).transpose()?,
         })
     }
 
-    /// Records the stages. G-buffer and types must be visible to compute shaders; the records are then.
+    /// Records the stages. G-buffer, types and shadow table must be visible to compute shaders; the records
+    /// are then.
     pub fn record(&self, cmd: vk::CommandBuffer, context: &Context, view: &ViewMemory) {
         for stage in [Some(&self.reflectance), self.colors.as_ref()].into_iter().flatten() {
             view.dispatch(cmd, stage, view.pixel_groups(), &Chunk::default());
@@ -48,9 +52,23 @@ impl Records {
     }
 }
 
-/// The specialisation constant `GLTF` of shaders.
-pub fn gltf(brdf: Brdf) -> u32 {
-    (brdf == Brdf::Gltf).into()
+/// Layer of the records for shading in colour that has the polygon's normal and the ambient occlusion.
+pub const OPENNESS_LAYER: u32 = 3;
+
+/// How pictures are shaded in colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Coloring {
+    /// How surfaces reflect.
+    pub brdf: Brdf,
+    /// Directions along a side of the shadow table; 0 without shadows.
+    pub shadow_side: u32,
+}
+
+impl Coloring {
+    /// The specialisation constants `GLTF`, `SHADOW_SIDE` and `NEAR_LIGHTS` of shaders.
+    pub fn constants(self, near: bool) -> [u32; 3] {
+        [(self.brdf == Brdf::Gltf).into(), self.shadow_side, near.into()]
+    }
 }
 
 /// A texel of each record.
@@ -71,11 +89,17 @@ pub fn records(maps: &Maps, shading: &Shading) -> Texels<3> {
     records
 }
 
-/// The records for shading in colour, as the stage `colors` makes them, with the target picture.
-pub fn colors(maps: &Maps, shading: &Shading) -> Texels<3> {
-    let mut records = [const { Vec::new() }; 3];
+/// The records for shading in colour, as the stage `colors` makes them, with the target picture: three, and
+/// with shadows four.
+pub fn colors(maps: &Maps, shading: &Shading) -> Vec<Vec<[f32; 4]>> {
+    let mut records = vec![Vec::new(); if maps.shadows.is_some() { 4 } else { 3 }];
     for at in 0..maps.types.len() {
-        let looks = maps.surface.reflectance(shading, at);
+        if let Some(shadows) = &maps.shadows {
+            let open = shadows.number(at).map_or(0.0, |number| shadows.openness()[number]);
+            let [x, y, z] = maps.surface.face[at];
+            records[3].push([x, y, z, open]);
+        }
+        let looks = maps.reflectance(shading, at);
         let Coefficients { diffuse, specular, lobe } = looks.coefficients(shading.brdf);
         let target = maps.target.get(at).copied().unwrap_or(NO_TARGET);
         records[0].push(diffuse.extend(lobe).to_array());

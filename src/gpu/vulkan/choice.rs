@@ -52,6 +52,26 @@ pub enum ComputeShape {
     Tiles,
 }
 
+/// Who makes the shadow table of a view that a device has drawn. Both give the same bits, up to rounding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ShadowMaker {
+    /// The host, whose table is uploaded.
+    Host,
+    /// The device, by the stage `shadows`.
+    Device,
+}
+
+impl ShadowMaker {
+    /// The faster on a device, `software` or not, and why.
+    pub fn best(software: bool) -> (Self, &'static str) {
+        match software {
+            true => (Self::Host, "the device is a CPU too, and its rays go one by one"),
+            false => (Self::Device, "rays of all pixels side by side"),
+        }
+    }
+}
+
 /// What the invocations of a device's compute shaders can do together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Together {
@@ -156,6 +176,12 @@ mod tests {
         ] {
             assert_eq!(best(false, short), ComputeShape::Runs, "{short:?}");
         }
+    }
+
+    #[test]
+    fn gpus_trace_their_own_rays() {
+        assert_eq!(ShadowMaker::best(true).0, ShadowMaker::Host);
+        assert_eq!(ShadowMaker::best(false).0, ShadowMaker::Device);
     }
 
     #[test]

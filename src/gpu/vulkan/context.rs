@@ -3,7 +3,7 @@
 use super::allocator::{Blocks, DeviceAllocator, DeviceMemory, MemoryRequest};
 use super::borrowed::{BorrowedDevice, Held, QueueLock};
 use super::cache::Cache;
-use super::choice::{ComputeShape, Lights, PipelineKind, Subgroups};
+use super::choice::{ComputeShape, Lights, PipelineKind, ShadowMaker, Subgroups};
 use super::devices::{self, DeviceChoice, DeviceReport};
 use super::features::EnabledFeatures;
 use super::instance::{API_VERSION, OwnedInstance};
@@ -40,6 +40,9 @@ pub struct Tuning {
     pub pipeline: Option<PipelineKind>,
     /// The shape of [`PipelineKind::Compute`]; the faster for the device where not given.
     pub shape: Option<ComputeShape>,
+    /// Who makes the shadow tables of scenes; the faster for the device where not given, and always the host
+    /// where a scene is more than the device's buffers can hold.
+    pub shadow_maker: Option<ShadowMaker>,
     /// Whether evaluators are made for coloured lights and spots from the start. An evaluator of a scene is
     /// made so when it first meets such a light; one that records into an engine's commands cannot be.
     pub any_lights: bool,
@@ -93,6 +96,7 @@ pub struct Context {
     any_lights: bool,
     pipeline: Option<PipelineKind>,
     shape: ComputeShape,
+    shadow_maker: ShadowMaker,
     tiles: Option<Subgroups>,
     forgotten: AtomicBool,
     owner: ManuallyDrop<Owner>,
@@ -191,6 +195,7 @@ impl Context {
         let versions = (parts.api_version, parts.features);
         let tiles = ComputeShape::tiles(requirements::together(instance, physical, versions)).ok();
         let shape = tuning.shape.unwrap_or(report.shape);
+        let shadow_maker = tuning.shadow_maker.unwrap_or(report.shadow_maker);
         if shape == ComputeShape::Tiles && tiles.is_none() {
             let lacks = "it lacks the subgroups or the shared memory for tiles".into();
             return Err(Error::Unsupported { device: report.info.name, lacks });
@@ -229,6 +234,7 @@ impl Context {
             pipeline: tuning.pipeline,
             any_lights: tuning.any_lights,
             shape,
+            shadow_maker,
             tiles,
             forgotten: AtomicBool::new(false),
             owner: ManuallyDrop::new(owner),
@@ -357,6 +363,11 @@ impl Context {
     /// The shape of [`PipelineKind::Compute`].
     pub(in crate::gpu) fn shape(&self) -> ComputeShape {
         self.shape
+    }
+
+    /// Who makes shadow tables.
+    pub(in crate::gpu) fn shadow_maker(&self) -> ShadowMaker {
+        self.shadow_maker
     }
 
     /// The subgroups of [`ComputeShape::Tiles`], where that can run.

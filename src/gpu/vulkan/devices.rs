@@ -1,6 +1,6 @@
 //! Which Vulkan devices there are, and which of them is taken.
 
-use super::choice::{ComputeShape, PipelineKind, Together};
+use super::choice::{ComputeShape, PipelineKind, ShadowMaker, Together};
 use super::instance::OwnedInstance;
 use super::pipeline_cache;
 use super::requirements::{self, Given, Needs};
@@ -51,6 +51,10 @@ pub struct DeviceReport {
     pub shape: ComputeShape,
     /// Why.
     pub pipeline_reason: &'static str,
+    /// Who makes shadow tables.
+    pub shadow_maker: ShadowMaker,
+    /// Why.
+    pub shadow_reason: &'static str,
     /// Names what [`Context::pipeline_cache_data`](crate::gpu::Context::pipeline_cache_data) is good for: the
     /// device with its driver, and this version of klieg.
     #[serde(skip)]
@@ -163,6 +167,7 @@ pub(in crate::gpu) fn report(
     };
     let software = properties.device_type == vk::PhysicalDeviceType::CPU;
     let (shape, pipeline_reason) = ComputeShape::best(software, together);
+    let (shadow_maker, shadow_reason) = ShadowMaker::best(software);
     let heaps = &memory.memory_heaps[..memory.memory_heap_count as usize];
     DeviceReport {
         index,
@@ -194,6 +199,8 @@ pub(in crate::gpu) fn report(
         pipeline: PipelineKind::Compute,
         shape,
         pipeline_reason,
+        shadow_maker,
+        shadow_reason,
         pipeline_cache_key,
         lacks: requirements::lacking(
             instance,
@@ -247,6 +254,8 @@ mod tests {
             pipeline: PipelineKind::Compute,
             shape: ComputeShape::Tiles,
             pipeline_reason: "",
+            shadow_maker: ShadowMaker::Device,
+            shadow_reason: "",
             pipeline_cache_key: 0,
             lacks: lacks.iter().map(ToString::to_string).collect(),
         }

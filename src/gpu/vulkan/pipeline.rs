@@ -244,35 +244,44 @@ impl Drop for ShaderModule {
     }
 }
 
-/// Pipelines that are specialised to the number of lights of a rig.
-#[derive(Default)]
-pub struct ByLights(Vec<(usize, Pipeline)>);
+/// What pipelines are specialised to of a population's rigs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RigKind {
+    /// Lights of each.
+    pub lights: usize,
+    /// Whether shadows of lights that stand within the scene have to be traced.
+    pub near: bool,
+}
 
-impl ByLights {
-    /// Makes the pipeline for `lights` lights, unless it is there.
+/// Pipelines that are specialised to rigs.
+#[derive(Default)]
+pub struct ByRigs(Vec<(RigKind, Pipeline)>);
+
+impl ByRigs {
+    /// Makes the pipeline for some rigs, unless it is there.
     ///
     /// # Errors
     /// What `make` reports.
     pub fn prepare(
         &mut self,
-        lights: usize,
+        rigs: RigKind,
         make: impl FnOnce() -> Result<Pipeline>,
     ) -> Result<()> {
-        if !self.has(lights) {
-            self.0.push((lights, make()?));
+        if !self.has(rigs) {
+            self.0.push((rigs, make()?));
         }
         Ok(())
     }
 
-    /// Whether a number of lights was prepared.
-    pub fn has(&self, lights: usize) -> bool {
-        self.0.iter().any(|(l, _)| *l == lights)
+    /// Whether such rigs were prepared.
+    pub fn has(&self, rigs: RigKind) -> bool {
+        self.0.iter().any(|(kind, _)| *kind == rigs)
     }
 
-    /// The pipeline for a number of lights that was prepared.
-    pub fn of(&self, lights: usize) -> &Pipeline {
-        let found = self.0.iter().find(|(l, _)| *l == lights);
-        &found.expect("a prepared number of lights").1
+    /// The pipeline for rigs that were prepared.
+    pub fn of(&self, rigs: RigKind) -> &Pipeline {
+        let found = self.0.iter().find(|(kind, _)| *kind == rigs);
+        &found.expect("prepared rigs").1
     }
 }
 

@@ -48,13 +48,13 @@ impl<T> Exhibit<T> {
     /// When a file cannot be written or a picture is too large for PNG.
     pub fn write(&self, staging: &mut Staging) -> Result<()> {
         for (stem, table) in &self.tables {
-            staging.write(&format!("{stem}.csv"), table)?;
+            staging.write(format!("{stem}.csv"), table)?;
         }
         for (stem, plot) in &self.plots {
-            staging.write(&format!("{stem}.svg"), plot)?;
+            staging.write(format!("{stem}.svg"), plot)?;
         }
         for (stem, image) in &self.pictures {
-            staging.write(&format!("{stem}.png"), picture::png(image)?)?;
+            staging.write(format!("{stem}.png"), picture::png(image)?)?;
         }
         Ok(())
     }
