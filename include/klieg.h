@@ -896,6 +896,17 @@ typedef struct klieg_shading {
     float max_shininess;
 } klieg_shading;
 
+// Shadows of a scene that klieg draws itself. The defaults are those of the profile "paper".
+typedef struct klieg_shadows {
+    // 1 where lights cast shadows; 0, the default, where they do not.
+    uint32_t on;
+    // Directions along a side of the map in which each pixel is looked at, an odd number, 3..63; by default 31.
+    uint32_t side;
+    // Most memory of the table of shadows, MiB, 1 or more; by default 1024. A table that would be larger has
+    // fewer directions.
+    uint32_t memory;
+} klieg_shadows;
+
 // A picture's quality.
 typedef struct klieg_quality {
     // The weighted sum of the terms: lower is better.
@@ -936,7 +947,7 @@ typedef struct klieg_profile_info {
 #define KLIEG_BRDF_GLTF 1
 
 // Makes an evaluator of level 1: of a finished scene, through a camera, at `width` by `height` pixels.
-// It draws the scene, and keeps nothing of it that the caller has. `objective` and `shading` may be
+// It draws the scene, and keeps nothing of it that the caller has. `objective`, `shading` and `shadows` may be
 // `NULL`, for the defaults. Any thread.
 //
 // `KLIEG_ERROR_ARGUMENT` for a picture larger than the device can draw, `KLIEG_ERROR_UNSUPPORTED` on a
@@ -948,6 +959,7 @@ klieg_status klieg_evaluator_of_scene(const klieg_context *context,
                                       uint32_t height,
                                       const struct klieg_objective *objective,
                                       const struct klieg_shading *shading,
+                                      const struct klieg_shadows *shadows,
                                       struct klieg_evaluator **evaluator);
 
 // Ends the evaluator; `NULL` is left alone. None of its recordings may be in use.
@@ -1040,6 +1052,14 @@ klieg_status klieg_shading_defaults(struct klieg_shading *shading);
 //
 // `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
 klieg_status klieg_shading_profile(struct klieg_shading *shading, const char *profile);
+
+// Sets the defaults. Any thread.
+klieg_status klieg_shadows_defaults(struct klieg_shadows *shadows);
+
+// Sets what the profile of that name has. Any thread.
+//
+// `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
+klieg_status klieg_shadows_profile(struct klieg_shadows *shadows, const char *profile);
 
 /* Level 2: the surface that an engine has drawn */
 

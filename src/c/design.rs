@@ -187,7 +187,7 @@ fn as_box(space: &klieg_role_box, intensities: u32) -> Outcome<RoleBox> {
     })
 }
 
-fn flag(value: u32, name: &str) -> Outcome<bool> {
+pub(super) fn flag(value: u32, name: &str) -> Outcome<bool> {
     match value {
         0 => Ok(false),
         1 => Ok(true),
