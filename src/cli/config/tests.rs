@@ -86,7 +86,8 @@ fn only_a_colour_that_is_given_counts_as_background() {
     let judged = |text: &str| parse(text).objective.background;
     assert_eq!(judged("[picture]\nsamples = 4"), None);
     assert_eq!(judged("[picture]\nbackground = \"transparent\""), None);
-    assert_eq!(judged("[picture]\nbackground = \"#ffffff\""), Some(1.0));
+    let white = judged("[picture]\nbackground = \"#ffffff\"").unwrap();
+    assert!((white - 1.0).abs() < 1e-6, "{white}");
     let default = judged("[picture]\nbackground = \"#3a3c42\"").unwrap();
     assert!((0.2..0.3).contains(&default), "{default}");
     let fault = Settings::parse("[objective]\nbackground = 0.5", None, &PAPER).unwrap_err();
