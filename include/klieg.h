@@ -835,6 +835,9 @@ klieg_status klieg_camera_frame(const klieg_scene *scene,
 // encoded, kept in 0.25..0.72. An engine that gives no base colours has the uniform one that it names.
 #define KLIEG_MEAN_TARGET_SCENE -1.0
 
+// `klieg_objective::background` that is not known.
+#define KLIEG_NO_BACKGROUND -1.0
+
 // Measures lights against a view. There are three levels, by what the engine gives:
 // 1. a scene and a camera (`klieg_evaluator_of_scene`): klieg draws them itself;
 // 2. the surface that the engine has drawn (`klieg_evaluator_of_surface`): klieg shades it;
@@ -873,6 +876,9 @@ typedef struct klieg_objective {
     float edge_sobel;
     // Absolute Laplacian of the depth above which a pixel can be an edge, scene radii; by default 0.02.
     float edge_laplace;
+    // Luminance behind the objects, sRGB-encoded, 0..1, from which the term "outline" makes them stand out; or
+    // `KLIEG_NO_BACKGROUND`, the default, which makes the weights of terms that need one count as 0.
+    float background;
 } klieg_objective;
 
 // How surfaces reflect: one of `KLIEG_BRDF_...`.
@@ -889,6 +895,17 @@ typedef struct klieg_shading {
     // Largest Blinn-Phong exponent, 1 or more; by default 4096.
     float max_shininess;
 } klieg_shading;
+
+// Shadows of a scene that klieg draws itself. The defaults are those of the profile "paper".
+typedef struct klieg_shadows {
+    // 1 where lights cast shadows; 0, the default, where they do not.
+    uint32_t on;
+    // Directions along a side of the map in which each pixel is looked at, an odd number, 3..63; by default 31.
+    uint32_t side;
+    // Most memory of the table of shadows, MiB, 1 or more; by default 1024. A table that would be larger has
+    // fewer directions.
+    uint32_t memory;
+} klieg_shadows;
 
 // A picture's quality.
 typedef struct klieg_quality {
@@ -910,8 +927,8 @@ typedef struct klieg_term_info {
     // What it says of a picture, in English: a sentence without its subject.
     const char *meaning;
     // What pictures have to be measured for besides their brightness and gradients, which takes time:
-    // "detail", "channels", "irradiance", "target" or several of them with spaces between; empty for
-    // nothing.
+    // "detail", "channels", "irradiance", "target", "background" or several of them with spaces between;
+    // empty for nothing.
     const char *needs;
 } klieg_term_info;
 
@@ -930,7 +947,7 @@ typedef struct klieg_profile_info {
 #define KLIEG_BRDF_GLTF 1
 
 // Makes an evaluator of level 1: of a finished scene, through a camera, at `width` by `height` pixels.
-// It draws the scene, and keeps nothing of it that the caller has. `objective` and `shading` may be
+// It draws the scene, and keeps nothing of it that the caller has. `objective`, `shading` and `shadows` may be
 // `NULL`, for the defaults. Any thread.
 //
 // `KLIEG_ERROR_ARGUMENT` for a picture larger than the device can draw, `KLIEG_ERROR_UNSUPPORTED` on a
@@ -942,6 +959,7 @@ klieg_status klieg_evaluator_of_scene(const klieg_context *context,
                                       uint32_t height,
                                       const struct klieg_objective *objective,
                                       const struct klieg_shading *shading,
+                                      const struct klieg_shadows *shadows,
                                       struct klieg_evaluator **evaluator);
 
 // Ends the evaluator; `NULL` is left alone. None of its recordings may be in use.
@@ -1034,6 +1052,14 @@ klieg_status klieg_shading_defaults(struct klieg_shading *shading);
 //
 // `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
 klieg_status klieg_shading_profile(struct klieg_shading *shading, const char *profile);
+
+// Sets the defaults. Any thread.
+klieg_status klieg_shadows_defaults(struct klieg_shadows *shadows);
+
+// Sets what the profile of that name has. Any thread.
+//
+// `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
+klieg_status klieg_shadows_profile(struct klieg_shadows *shadows, const char *profile);
 
 /* Level 2: the surface that an engine has drawn */
 
@@ -1285,6 +1311,8 @@ typedef struct klieg_role_box {
     float distance[2];
     // Half angle of a spot's cone, degrees, 0.1..90; that of its inner cone is half of it.
     float cone[2];
+    // Angle that a light covers seen from the scene's centre, degrees, 0..60.
+    float softness;
     // Colour of the lights, linear RGB, 0 or more, whose brightness does not count; all 0: white.
     float color[3];
 } klieg_role_box;

@@ -1,5 +1,5 @@
 #version 460
-// What the lights do in every picture, and the detail that is seen. An invocation walks down one column
+// What the lights do in every picture, the detail that is seen, and the outline. An invocation walks down one column
 // of one strip. References: cpu::appearance, cpu::gradient.
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
@@ -10,6 +10,7 @@ layout(constant_id = 1) const uint ROWS = SUM_ROWS; // of a strip
 layout(constant_id = 2) const bool LIGHTS = false; // what is measured
 layout(constant_id = 3) const bool DETAIL = false;
 layout(constant_id = 4) const bool TARGET = false;
+layout(constant_id = 5) const bool OUTLINE = false;
 
 // A tap outside the object or the picture takes the centre's value.
 float tap(ivec2 pixel, int layer, float center) {
@@ -54,6 +55,9 @@ void main() {
         }
         if (TARGET) {
             add_target(value.x, texelFetch(color_surface, ivec3(pixel, 2), 0).w, sums);
+        }
+        if (OUTLINE && is_outline(pixel)) {
+            add_outline(value.x, sums);
         }
     }
     uint entry = (layer * gl_NumWorkGroups.y + strip) * parameters.size.x + x;

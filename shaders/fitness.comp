@@ -66,11 +66,12 @@ Appearance combine(Appearance a, Appearance b) {
     Moments e = combine(Moments(a.count, a.mean, a.deviation), Moments(b.count, b.mean, b.deviation));
     return Appearance(e.count, e.mean, e.deviation, a.covariance_x + b.covariance_x,
         a.covariance_y + b.covariance_y, a.burnt + b.burnt, a.unlit + b.unlit,
-        a.residual + b.residual, a.detail + b.detail);
+        a.residual + b.residual, a.detail + b.detail, a.outline_count + b.outline_count,
+        a.outline + b.outline);
 }
 
 void gather_appearance(uint individual, uint lane) {
-    Appearance sum = Appearance(0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0);
+    Appearance sum = Appearance(0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0, 0, 0.0);
     for (uint e = lane; e < chunk.entries; e += GROUP) {
         sum = combine(sum, appearance_parts[individual * chunk.entries + e]);
     }
@@ -130,7 +131,7 @@ void main() {
     picture.mean = moments[0].mean;
     picture.variance = moments[0].deviation / float(max(objects, 1));
     picture.gradient = gradients[0].surface / float(max(view_statistics.surface, 1));
-    Appearance seen = Appearance(0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0);
+    Appearance seen = Appearance(0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0, 0, 0.0);
     if (APPEARANCE) {
         seen = appearances[0];
     }
@@ -139,6 +140,7 @@ void main() {
     picture.burnt = float(seen.burnt) / objects_or_one;
     picture.unlit = float(seen.unlit) / objects_or_one;
     picture.residual = seen.residual / float(max(view_statistics.target, 1));
+    picture.outline = seen.outline / float(max(seen.outline_count, 1));
     picture.irradiance_mean = seen.mean;
     picture.irradiance_variance = seen.deviation / objects_or_one;
     picture.covariance_x = seen.covariance_x / objects_or_one;
@@ -156,6 +158,7 @@ void main() {
     details[place].burnt = picture.burnt;
     details[place].unlit = picture.unlit;
     details[place].residual = picture.residual;
+    details[place].outline = picture.outline;
     details[place].irradiance_mean = picture.irradiance_mean;
     details[place].irradiance_variance = picture.irradiance_variance;
     details[place].covariance_x = picture.covariance_x;

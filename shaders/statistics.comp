@@ -14,8 +14,10 @@ layout(constant_id = 2) const uint BINS = HISTOGRAM_BINS;
 layout(constant_id = 3) const bool LIGHTS = false; // what is measured besides
 layout(constant_id = 4) const bool DETAIL = false;
 layout(constant_id = 5) const bool TARGET = false;
-layout(constant_id = 6) const bool COLOR = false; // whether irradiances stand behind the brightnesses
+layout(constant_id = 6) const bool OUTLINE = false;
+layout(constant_id = 7) const bool COLOR = false; // whether irradiances stand behind the brightnesses
 const uint WORDS = BINS / 4;
+const bool APPEARANCE = LIGHTS || DETAIL || TARGET || OUTLINE;
 
 // Three brightnesses side by side; those of the middle and the left one wander on to the next pixel.
 struct Row {
@@ -93,12 +95,13 @@ void main() {
         bool inner = at.w == SURFACE;
         surface += inner ? slope : vec4(0.0);
         edge += inner ? vec4(0.0) : min(slope / parameters.edge_contrast, vec4(1.0));
-        if (LIGHTS || DETAIL || TARGET) {
+        if (APPEARANCE) {
             ivec2 pixel = pixel_of(number);
             vec2 n = texelFetch(normals, int(number)).xy;
             vec4 light = LIGHTS ? brightness_at(base + stride() + number) : vec4(0.0);
             float gradient = DETAIL ? texelFetch(color_surface, ivec3(pixel, 1), 0).w : 0.0;
             float target = TARGET ? texelFetch(color_surface, ivec3(pixel, 2), 0).w : NO_TARGET;
+            bool outline = OUTLINE && present != 0x1ff && is_outline(pixel);
             [[unroll]] for (uint j = 0; j < BLOCK; ++j) {
                 if (LIGHTS) {
                     add_lights(light[j], n, sums[j]);
@@ -108,6 +111,9 @@ void main() {
                 }
                 if (TARGET) {
                     add_target(center[j], target, sums[j]);
+                }
+                if (outline) {
+                    add_outline(center[j], sums[j]);
                 }
             }
         }
@@ -133,7 +139,7 @@ void main() {
         }
         moment_parts[entry] = Moments(count, count > 0 ? origin[j] + mean[j] : 0.0, deviation[j]);
         gradient_parts[entry] = Gradient(surface[j], edge[j]);
-        if (LIGHTS || DETAIL || TARGET) {
+        if (APPEARANCE) {
             appearance_parts[entry] = part_of(sums[j]);
         }
         entry += entries;

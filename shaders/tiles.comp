@@ -23,8 +23,9 @@ layout(constant_id = 6) const bool GLTF = false;
 layout(constant_id = 7) const bool MEASURE_LIGHTS = false; // what is measured besides
 layout(constant_id = 8) const bool DETAIL = false;
 layout(constant_id = 9) const bool TARGET = false;
-layout(constant_id = 10) const uint SHADOW_SIDE = 0;
-layout(constant_id = 11) const bool NEAR_LIGHTS = false;
+layout(constant_id = 10) const bool OUTLINE = false;
+layout(constant_id = 11) const uint SHADOW_SIDE = 0;
+layout(constant_id = 12) const bool NEAR_LIGHTS = false;
 
 #include "color.glsl"
 
@@ -36,7 +37,7 @@ const uint SUBGROUPS = GROUP / SUBGROUP;
 const uint BIN_BITS = HISTOGRAM_BIN_BITS;
 const uint BINS = HISTOGRAM_BINS;
 const uint WORDS = BINS / 2;
-const bool APPEARANCE = MEASURE_LIGHTS || DETAIL || TARGET;
+const bool APPEARANCE = MEASURE_LIGHTS || DETAIL || TARGET || OUTLINE;
 const uint OWN = SUBGROUP < BINS ? BINS / SUBGROUP : 1; // bins that an invocation counts
 
 layout(set = 1, binding = 0, std430) readonly buffer Tiles { Tile tiles[]; };
@@ -56,6 +57,8 @@ shared float irradiance_origins[BLOCK];
 shared vec4 light_sums[APPEARANCE ? BLOCK * SUBGROUPS : 1];
 // Residual, detail, and the numbers of burnt-out and unlit pixels.
 shared vec4 other_sums[APPEARANCE ? BLOCK * SUBGROUPS : 1];
+// The number of pixels of the outline, and their sum.
+shared vec2 outline_sums[OUTLINE ? BLOCK * SUBGROUPS : 1];
 shared uint counts[SUBGROUPS];
 
 void load_lights(uint first) {
@@ -166,13 +169,15 @@ void write_parts() {
         if (APPEARANCE) {
             vec4 light = vec4(0.0);
             vec4 other = vec4(0.0);
+            vec2 outline = vec2(0.0);
             for (uint s = 0; s < SUBGROUPS; ++s) {
                 light += light_sums[i * SUBGROUPS + s];
                 other += other_sums[i * SUBGROUPS + s];
+                outline += OUTLINE ? outline_sums[i * SUBGROUPS + s] : vec2(0.0);
             }
             appearance_parts[first + i * chunk.entries] = part_of(Sums(MEASURE_LIGHTS ? count : 0,
                 irradiance_origins[i], light.x, light.y, light.zw, uint(other.z), uint(other.w),
-                other.x, other.y));
+                other.x, other.y, uint(outline.x), outline.y));
         }
     }
 }
@@ -205,12 +210,14 @@ void main() {
         objects[k] = inside && look.z > 0.0;
     }
     uint kinds[PIXELS];
+    bool outlines[PIXELS];
     uint pixel_count = 0;
     [[unroll]] for (uint k = 0; k < PIXELS; ++k) {
         uint at = lane + k * GROUP;
         ivec2 pixel = corner + ivec2(at % SIDE, at / SIDE);
         bool inside = all(lessThan(pixel, ivec2(parameters.size)));
         kinds[k] = inside ? imageLoad(type_map, pixel).x : BACKGROUND;
+        outlines[k] = OUTLINE && kinds[k] != BACKGROUND && is_outline(pixel);
         pixel_count += kinds[k] != BACKGROUND ? 1 : 0;
     }
     barrier();
@@ -278,6 +285,9 @@ void main() {
                 if (TARGET) {
                     add_target(center, texelFetch(color_surface, ivec3(place, 2), 0).w, more);
                 }
+                if (outlines[k]) {
+                    add_outline(center, more);
+                }
             }
             count_bins(object, min(uint(max(center, 0.0) * float(BINS)), BINS - 1), counted);
             if (object && gl_WorkGroupID.y == 0 && i == 0) {
@@ -289,10 +299,14 @@ void main() {
         uint at = i * SUBGROUPS + gl_SubgroupID;
         vec4 light_sum = vec4(0.0);
         vec4 other_sum = vec4(0.0);
+        vec2 outline_sum = vec2(0.0);
         if (APPEARANCE) {
             light_sum = subgroupAdd(vec4(more.sum, more.squares, more.covariance));
             other_sum = subgroupAdd(
                 vec4(more.residual, more.detail, float(more.burnt), float(more.unlit)));
+        }
+        if (OUTLINE) {
+            outline_sum = subgroupAdd(vec2(float(more.outline_count), more.outline));
         }
         if (subgroupElect()) {
             sums[at] = sum;
@@ -300,6 +314,9 @@ void main() {
             if (APPEARANCE) {
                 light_sums[at] = light_sum;
                 other_sums[at] = other_sum;
+            }
+            if (OUTLINE) {
+                outline_sums[at] = outline_sum;
             }
         }
         [[unroll]] for (uint o = 0; o < OWN; ++o) {

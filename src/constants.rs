@@ -51,6 +51,10 @@ constants! {
     DIRECTION_MOST: f32 = 1.3089969;
     /// `F_target`: root mean square distance that makes the term 1, encoded units.
     TARGET_RANGE: f32 = 0.25;
+    /// `F_outline`: distance of the brightness from the background's that is enough, encoded units.
+    OUTLINE_ENOUGH: f32 = 0.2;
+    /// Luminance of a background that is not known.
+    NO_BACKGROUND: f32 = -1.0;
 
     /// Pixel type: nothing is drawn there.
     BACKGROUND: u32 = 0;

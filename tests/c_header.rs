@@ -12,7 +12,7 @@ const PARTS: [&[&str]; 10] = [
     &["light"],
     &["scene"],
     &["camera"],
-    &["evaluator", "settings"],
+    &["evaluator", "settings", "shadows"],
     &["surface"],
     &["pictures"],
     &["design", "designer"],

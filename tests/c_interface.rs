@@ -11,6 +11,7 @@ use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
 use klieg::lighting::genome::Genome;
 use klieg::lighting::presets::Preset;
 use klieg::lighting::{Color, Cone, Light, LightKind, Population, Role};
+use klieg::objective::shadows::ShadowSettings;
 use klieg::objective::terms::TERMS;
 use klieg::objective::{Objective, Term};
 use klieg::optimize::{GeneticSettings, Settings};
@@ -184,8 +185,13 @@ fn term_line(term: &Term) -> String {
 fn by_profile(context: &Arc<Context>, scene: &Scene, view: &View) -> Vec<String> {
     let listed = PROFILES.iter().map(|p| format!("profile {}: {}", p.name, p.meaning));
     let mut lines: Vec<String> = listed.collect();
-    let (objective, shading) = ((NATURAL.objective)(), (NATURAL.shading)());
-    let mut evaluator = GpuEvaluator::new(context, scene, view, objective, shading).unwrap();
+    let objective = Objective { background: Some(0.5), ..(NATURAL.objective)() };
+    let both = (objective, (NATURAL.shading)());
+    let shadows = ShadowSettings { on: true, side: 15, ..ShadowSettings::default() };
+    let mut evaluator = GpuEvaluator::with_shadows(context, scene, view, both, &shadows).unwrap();
+    let mut unshadowed = GpuEvaluator::new(context, scene, view, both.0, both.1).unwrap();
+    let without = quality_lines("natural", &mut unshadowed, Preset::ThreePoint);
+    assert_ne!(without, quality_lines("natural", &mut evaluator, Preset::ThreePoint));
     lines.extend(quality_lines("natural", &mut evaluator, Preset::ThreePoint));
     let genome = Genome::new(&[Role::Key, Role::Fill], NATURAL.kind, &(NATURAL.boxes)()).unwrap();
     let mut designer = Designer::new(genome, "ga", &Settings::endless(), None, 0).unwrap();

@@ -49,6 +49,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 edge_laplace,
                 edge_contrast,
                 mean_target,
+                background,
                 padding_middle,
                 weights,
             }),
@@ -152,7 +153,9 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 burnt,
                 unlit,
                 residual,
-                detail
+                detail,
+                outline_count,
+                outline
             }),
         ),
         (
@@ -166,6 +169,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 burnt,
                 unlit,
                 residual,
+                outline,
                 irradiance_mean,
                 irradiance_variance,
                 covariance_x,

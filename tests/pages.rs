@@ -123,7 +123,7 @@ fn quick(device: &str) -> Value {
 #[test]
 fn the_page_stands_alone_and_shows_the_figures_of_the_json() {
     let cpu = quick("cpu");
-    assert_eq!(cpu["schema"], "klieg.paper/1");
+    assert_eq!((&cpu["schema"], &cpu["profile"]), (&"klieg.paper/1".into(), &"paper".into()));
     let names: Vec<_> = cpu["scenes"].as_array().unwrap().iter().map(|s| &s["name"]).collect();
     assert_eq!(names, ["elephant", "pair"]);
     assert_eq!(cpu["claims"].as_array().unwrap().len(), 6);

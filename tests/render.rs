@@ -123,7 +123,7 @@ fn edges_are_smooth_in_linear_light() {
     let turned = DMat4::from_quat(DQuat::from_rotation_z(0.3));
     let shown = Shown::new(scene([(rectangle(1.0, 1.0), matt(1.0), turned)]), 2.0, 64, 64);
     let light = Light { kind: LightKind::DIRECTIONAL, specular: 0.0, ..Light::default() }.record();
-    let black = Settings { background: Background::Color([0; 3]), ..Settings::default() };
+    let black = Settings { background: Some(Background::Color([0; 3])), ..Settings::default() };
     let image = shown.draw(light, &black, true).image;
     let mut levels: Vec<u8> = image.pixels().map(|pixel| pixel.0[0]).collect();
     // Mean radiance is the covered area's, which holds only if averages are of linear light.
@@ -145,7 +145,7 @@ fn a_transparent_background_has_straight_alpha() {
     let turned = DMat4::from_quat(DQuat::from_rotation_z(0.3));
     let shown = Shown::new(scene([(rectangle(1.0, 1.0), matt(0.5), turned)]), 2.0, 64, 64);
     let light = Light { kind: LightKind::DIRECTIONAL, specular: 0.0, ..Light::default() }.record();
-    let clear = Settings { background: Background::Transparent, ..Settings::default() };
+    let clear = Settings { background: Some(Background::Transparent), ..Settings::default() };
     let image = shown.draw(light, &clear, true).image;
     let alpha: f64 = image.pixels().map(|pixel| f64::from(pixel.0[3]) / 255.0).sum();
     assert!((alpha / (64.0 * 64.0) - 0.25).abs() < 0.002, "{alpha}");
@@ -154,7 +154,7 @@ fn a_transparent_background_has_straight_alpha() {
     // The object's own colour, at its edges too.
     assert!(seen.iter().all(|pixel| pixel.0[0] == seen[0].0[0] && pixel.0[0] > 100));
     // Over a colour it is the picture with that colour.
-    let over = Settings { background: Background::Color([200, 40, 90]), ..clear };
+    let over = Settings { background: Some(Background::Color([200, 40, 90])), ..clear };
     let opaque = shown.draw(light, &over, true).image;
     for (clear, opaque) in image.pixels().zip(opaque.pixels()) {
         let share = f32::from(clear.0[3]) / 255.0;

@@ -19,11 +19,12 @@ use std::path::Path;
 
 const TOLERANCE: f32 = 1e-4;
 
-/// All of klieg's terms, equally weighed, with the mean brightness that the scene asks for.
+/// All of klieg's terms, equally weighed, with the mean brightness that the scene asks for, before grey.
 fn all_terms() -> Objective {
     let weight = 1.0 / TERMS.len() as f32;
     let weights = Terms::named(TERMS.iter().map(|term| (term.name, weight))).expect("their names");
-    Objective { weights, mean_target: MeanTarget::Scene, ..Objective::default() }
+    let (mean_target, background) = (MeanTarget::Scene, Some(0.4));
+    Objective { weights, mean_target, background, ..Objective::default() }
 }
 
 /// The ball, with a target picture that tells a part of it.
@@ -142,6 +143,40 @@ fn every_way_on_the_device_measures_what_the_references_do() {
                 }
             }
         }
+        assert_valid(&context);
+    }
+}
+
+/// A slope that the picture's border cuts on three sides.
+#[test]
+fn outlines_end_at_the_picture_s_border() {
+    let (width, height) = (70, 45);
+    let maps = klieg_support::gpu::maps(width, height, |x, y| (x < 0.1 * y).then_some(0.3 * x));
+    let (view, shading) = (view(width, height, false), Shading::default());
+    let weights = Terms::named([("outline", 1.0)]).expect("a term");
+    let objective = Objective { weights, background: Some(0.3), ..Objective::default() };
+    let population = Population::of_records(2, records(5, 10)).expect("rigs");
+    let outline = (0..maps.types.len()).filter(|&at| {
+        maps.types[at] != PixelType::Background && cpu::appearance::is_outline(&maps, at)
+    });
+    assert!(outline.count() < 2 * height as usize, "a border counts");
+    let expected = population
+        .rigs()
+        .map(|rig| cpu::fitness::fitness(&maps, &view, &objective, &shading, rig).score);
+    let expected: Vec<_> = expected.collect();
+    assert!(expected.iter().any(|score| (0.05..0.95).contains(score)), "{expected:?}");
+    let measure = |evaluator: &mut dyn Evaluator| {
+        let mut scores = vec![0.0; population.len()];
+        evaluator.evaluate(&population, &mut scores).expect("scores");
+        let mut pairs = scores.iter().zip(&expected);
+        assert!(pairs.all(|(a, b)| (a - b).abs() < TOLERANCE), "{scores:?} {expected:?}");
+    };
+    measure(&mut CpuEvaluator::new(maps.clone(), &view, objective, shading).expect("maps"));
+    for tuning in ways() {
+        let context = with_tuning(tuning);
+        measure(
+            &mut GpuEvaluator::with_maps(&context, &maps, &view, objective, shading).expect("maps"),
+        );
         assert_valid(&context);
     }
 }

@@ -249,6 +249,30 @@ fn the_residual_is_the_mean_square_of_what_the_target_tells() {
 }
 
 #[test]
+fn the_outline_is_what_touches_the_background_within_the_picture() {
+    // . b b b .   The object's rows meet the background at both ends; the picture's border is none.
+    let mut maps = plain(5, 3, |_| Vec3::Z);
+    for row in [0, 5, 10] {
+        maps.types[row] = PixelType::Background;
+        maps.types[row + 4] = PixelType::Background;
+    }
+    let outline: Vec<_> = (0..15).filter(|at| appearance::is_outline(&maps, *at)).collect();
+    let touches = |at: &usize| [0, 1, 3, 4].contains(&(at % 5));
+    assert!(outline.iter().copied().eq((0..15).filter(touches)), "{outline:?}");
+    let mut picture = vec![0.9; 15];
+    (picture[1], picture[6], picture[11]) = (0.5, 0.6, 0.4);
+    // Distances 0, 0.1 and 0.1 on the left, 0.4 on the right: shares 1, 0.5, 0.5 and three times 0.
+    close(appearance::outline(&maps, &picture, 0.5).into(), 2.0 / 6.0, 1e-6);
+    // The middle column does not count.
+    (picture[2], picture[7]) = (0.5, 0.5);
+    close(appearance::outline(&maps, &picture, 0.5).into(), 2.0 / 6.0, 1e-6);
+    picture[8] = 0.5;
+    close(appearance::outline(&maps, &picture, 0.5).into(), 3.0 / 6.0, 1e-6);
+    maps.types.fill(PixelType::Surface);
+    assert_eq!(appearance::outline(&maps, &picture, 0.5), 0.0);
+}
+
+#[test]
 fn the_first_key_light_has_a_direction() {
     let record = |role, kind, azimuth| Light { role, kind, ..light(45.0, azimuth, 1.0) }.record();
     let fill = record(Role::Fill, LightKind::DIRECTIONAL, 0.0);

@@ -95,6 +95,9 @@ fn by_hand() -> Vec<(&'static str, Statistics, ViewStatistics, f32)> {
         ("target", picture(|_| ()), view(), 0.0),
         ("target", picture(|p| p.residual = 0.01), view(), 0.4),
         ("target", picture(|p| p.residual = 0.5), view(), 1.0),
+        ("outline", picture(|_| ()), view(), 0.0),
+        ("outline", picture(|p| p.outline = 0.35), view(), 0.35),
+        ("outline", picture(|p| p.outline = 1.0), view(), 1.0),
     ]
 }
 
@@ -164,6 +167,27 @@ fn only_what_terms_of_some_weight_need_is_measured() {
     let quality = objective.quality(&picture(|p| (p.mean, p.unlit) = (0.5, 0.03)), &view());
     close(quality.score.into(), 0.5 * 0.2, 1e-6);
     assert_eq!(quality.terms.names().count(), 9);
+}
+
+#[test]
+fn the_outline_counts_only_before_a_given_background() {
+    let weights = Terms::named([("mean", 0.5), ("outline", 0.25)]).expect("terms");
+    let unknown = Objective { weights, ..Objective::default() };
+    let white = Objective { background: Some(1.0), ..unknown };
+    let seen = picture(|p| (p.mean, p.outline) = (0.5, 0.8));
+    assert!(unknown.needs().names().next().is_none() && unknown.measured().names().eq(["mean"]));
+    assert_eq!(unknown.quality(&seen, &view()).score, 0.0);
+    assert!(white.needs().names().eq(["background"]));
+    close(white.quality(&seen, &view()).score.into(), 0.25 * 0.8, 1e-6);
+    let alone = |background| {
+        let weights = Terms::named([("outline", 1.0)]).expect("a term");
+        Objective { weights, background, ..Objective::default() }.check()
+    };
+    let fault = alone(None).expect_err("nothing counts").to_string();
+    assert!(fault.contains("need a background"), "{fault}");
+    assert!(
+        alone(Some(0.0)).is_ok() && alone(Some(1.5)).is_err() && alone(Some(f32::NAN)).is_err()
+    );
 }
 
 /// How the shaders' terms differ from [`TERMS`], in words.

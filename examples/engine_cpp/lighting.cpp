@@ -94,7 +94,7 @@ void Lighting::make_scene_evaluator(const Scene& scene, const Camera& seen, VkEx
     ask(klieg_camera_from_view(view, KLIEG_LENS_PERSPECTIVE, seen.vertical_angle, seen.near, 0,
                                &through));
     ask(klieg_evaluator_of_scene(context.get(), made.get(), &through, size.width, size.height,
-                                 nullptr, nullptr, out(scene_evaluator)));
+                                 nullptr, nullptr, nullptr, out(scene_evaluator)));
 }
 
 std::vector<float> Lighting::score_scene(const Rigs& rigs) {

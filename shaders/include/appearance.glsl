@@ -17,10 +17,12 @@ struct Sums {
     uint unlit;
     float residual;
     float detail;
+    uint outline_count;
+    float outline;
 };
 
 Sums no_sums() {
-    return Sums(0, 0.0, 0.0, 0.0, vec2(0.0), 0, 0, 0.0, 0.0);
+    return Sums(0, 0.0, 0.0, 0.0, vec2(0.0), 0, 0, 0.0, 0.0, 0, 0.0);
 }
 
 // Adds a pixel of the normal n; `value` is its encoded irradiance e, as -1 - e where it is burnt out.
@@ -49,11 +51,29 @@ void add_target(float brightness, float target, inout Sums sums) {
     sums.residual += distance * distance;
 }
 
+// Whether an object pixel has a neighbour in the picture that shows the background.
+bool is_outline(ivec2 pixel) {
+    ivec2 last = ivec2(parameters.size) - 1;
+    bool found = false;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 at = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        found = found || imageLoad(type_map, at).x == BACKGROUND;
+    }
+    return found;
+}
+
+// Adds a pixel of the outline.
+void add_outline(float brightness, inout Sums sums) {
+    sums.outline_count += 1;
+    sums.outline += 1.0 - min(abs(brightness - parameters.background) / OUTLINE_ENOUGH, 1.0);
+}
+
 Appearance part_of(Sums sums) {
     float mean = sums.count > 0 ? sums.sum / float(sums.count) : 0.0;
     float deviation = max(sums.squares - sums.sum * mean, 0.0);
     return Appearance(sums.count, sums.count > 0 ? sums.origin + mean : 0.0, deviation,
-        sums.covariance.x, sums.covariance.y, sums.burnt, sums.unlit, sums.residual, sums.detail);
+        sums.covariance.x, sums.covariance.y, sums.burnt, sums.unlit, sums.residual, sums.detail,
+        sums.outline_count, sums.outline);
 }
 
 #endif

@@ -21,7 +21,8 @@ layout(set = 0, binding = 0, std140) uniform Parameters {
     float edge_laplace;
     float edge_contrast;
     float mean_target;
-    vec2 padding_middle;
+    float background; // luminance behind the objects, sRGB-encoded
+    float padding_middle;
     vec4 weights[4]; // of the terms, in the order of term() in terms.glsl
 } parameters;
 
@@ -125,6 +126,8 @@ struct Appearance {
     uint unlit; // pixels of too little irradiance
     float residual; // sum of squared distances from the target picture
     float detail; // sum over SURFACE of the weight of the detail that is seen
+    uint outline_count; // pixels beside the background
+    float outline; // sum over them of what merges with it
 };
 layout(set = 0, binding = 24, std430) buffer AppearanceParts {
     Appearance appearance_parts[];
@@ -143,6 +146,7 @@ struct Detail {
     float burnt;
     float unlit;
     float residual;
+    float outline;
     float irradiance_mean;
     float irradiance_variance;
     float covariance_x; // of the irradiance with the normals' x and y

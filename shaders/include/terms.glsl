@@ -14,6 +14,7 @@
 #include "terms/relief.glsl"
 #include "terms/direction.glsl"
 #include "terms/target.glsl"
+#include "terms/outline.glsl"
 
 // F: the weighted sum of the terms. A term of weight 0 is not computed.
 float weighted_terms(Detail picture, float disorder) {
@@ -34,6 +35,7 @@ float weighted_terms(Detail picture, float disorder) {
     TERM(9, term_relief(picture))
     TERM(10, term_direction(picture))
     TERM(11, term_target(picture))
+    TERM(12, term_outline(picture))
 #undef TERM
     return sum;
 }

@@ -31,6 +31,8 @@ pub struct klieg_role_box {
     pub distance: [f32; 2],
     /// Half angle of a spot's cone, degrees, 0.1..90; that of its inner cone is half of it.
     pub cone: [f32; 2],
+    /// Angle that a light covers seen from the scene's centre, degrees, 0..60.
+    pub softness: f32,
     /// Colour of the lights, linear RGB, 0 or more, whose brightness does not count; all 0: white.
     pub color: [f32; 3],
 }
@@ -162,6 +164,7 @@ fn box_in_c(space: &RoleBox) -> klieg_role_box {
         specular: space.specular.unwrap_or(space.diffuse).into(),
         distance: space.distance.into(),
         cone: space.cone.into(),
+        softness: space.softness,
         color: space.color.linear(),
     }
 }
@@ -183,11 +186,12 @@ fn as_box(space: &klieg_role_box, intensities: u32) -> Outcome<RoleBox> {
         specular,
         distance: space.distance.into(),
         cone: space.cone.into(),
+        softness: space.softness,
         color: as_color(space.color)?,
     })
 }
 
-fn flag(value: u32, name: &str) -> Outcome<bool> {
+pub(super) fn flag(value: u32, name: &str) -> Outcome<bool> {
     match value {
         0 => Ok(false),
         1 => Ok(true),

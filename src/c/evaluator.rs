@@ -9,6 +9,7 @@ use super::scene::klieg_scene;
 use super::settings::{
     as_objective, as_shading, klieg_objective, klieg_quality, klieg_shading, write_qualities,
 };
+use super::shadows::{as_shadows, klieg_shadows};
 use crate::design::start;
 use crate::evaluate::Evaluator;
 use crate::gpu::{GpuEvaluator, PictureEvaluator, ScoreTarget, SurfaceEvaluator};
@@ -88,7 +89,7 @@ impl EvaluatorBody {
 }
 
 /// Makes an evaluator of level 1: of a finished scene, through a camera, at `width` by `height` pixels.
-/// It draws the scene, and keeps nothing of it that the caller has. `objective` and `shading` may be
+/// It draws the scene, and keeps nothing of it that the caller has. `objective`, `shading` and `shadows` may be
 /// `NULL`, for the defaults. Any thread.
 ///
 /// `KLIEG_ERROR_ARGUMENT` for a picture larger than the device can draw, `KLIEG_ERROR_UNSUPPORTED` on a
@@ -102,6 +103,7 @@ pub unsafe extern "C" fn klieg_evaluator_of_scene(
     height: u32,
     objective: *const klieg_objective,
     shading: *const klieg_shading,
+    shadows: *const klieg_shadows,
     evaluator: *mut *mut klieg_evaluator,
 ) -> klieg_status {
     // SAFETY: the caller's pointers.
@@ -111,7 +113,8 @@ pub unsafe extern "C" fn klieg_evaluator_of_scene(
             let scene = body(scene, "scene")?.finished()?;
             let view = View::new(scene, as_camera(given(camera, "camera")?)?, width, height)?;
             let (objective, shading) = (as_objective(objective)?, as_shading(shading)?);
-            let made = GpuEvaluator::new(context, scene, &view, objective, shading)?;
+            let (both, shadows) = ((objective, shading), as_shadows(shadows)?);
+            let made = GpuEvaluator::with_shadows(context, scene, &view, both, &shadows)?;
             Ok(EvaluatorBody::new(Level::Scene(Box::new(made), view.frame)))
         })
     }

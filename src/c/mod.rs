@@ -18,4 +18,5 @@ pub mod pictures;
 pub mod requirements;
 pub mod scene;
 pub mod settings;
+mod shadows;
 pub mod surface;

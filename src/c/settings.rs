@@ -2,7 +2,7 @@
 
 use super::edge::{Fault, Outcome, choice, free_call, put, text};
 use super::error::klieg_status;
-use crate::constants::MEAN_OF_SCENE;
+use crate::constants::{MEAN_OF_SCENE, NO_BACKGROUND};
 use crate::design::profile::{self, PROFILES, Profile};
 use crate::lighting::shading::{Brdf, Shading};
 use crate::objective::terms::TERMS;
@@ -40,8 +40,8 @@ pub struct klieg_term_info {
     /// What it says of a picture, in English: a sentence without its subject.
     pub meaning: *const c_char,
     /// What pictures have to be measured for besides their brightness and gradients, which takes time:
-    /// "detail", "channels", "irradiance", "target" or several of them with spaces between; empty for
-    /// nothing.
+    /// "detail", "channels", "irradiance", "target", "background" or several of them with spaces between;
+    /// empty for nothing.
     pub needs: *const c_char,
 }
 
@@ -82,6 +82,10 @@ unsafe impl Sync for klieg_profile_info {}
 pub const KLIEG_MEAN_TARGET_SCENE: f32 = -1.0;
 const _: () = assert!(KLIEG_MEAN_TARGET_SCENE == MEAN_OF_SCENE);
 
+/// `klieg_objective::background` that is not known.
+pub const KLIEG_NO_BACKGROUND: f32 = -1.0;
+const _: () = assert!(KLIEG_NO_BACKGROUND == NO_BACKGROUND);
+
 /// How surfaces reflect: one of `KLIEG_BRDF_...`.
 pub type klieg_brdf = i32;
 /// Lambert, and a Blinn-Phong lobe of the material's width.
@@ -110,6 +114,9 @@ pub struct klieg_objective {
     pub edge_sobel: f32,
     /// Absolute Laplacian of the depth above which a pixel can be an edge, scene radii; by default 0.02.
     pub edge_laplace: f32,
+    /// Luminance behind the objects, sRGB-encoded, 0..1, from which the term "outline" makes them stand out; or
+    /// `KLIEG_NO_BACKGROUND`, the default, which makes the weights of terms that need one count as 0.
+    pub background: f32,
 }
 
 /// klieg's own shading, which levels 1 and 2 use. The defaults are those of the profile "paper".
@@ -218,14 +225,23 @@ pub(super) unsafe fn as_profile(name: *const c_char) -> Outcome<&'static Profile
 }
 
 fn c_objective(profile: &Profile) -> klieg_objective {
-    let Objective { weights, mean_target, edge_contrast, edge_sobel, edge_laplace } =
+    let Objective { weights, mean_target, edge_contrast, edge_sobel, edge_laplace, background } =
         (profile.objective)();
     let (weight_count, weights) = c_terms(&weights);
     let mean_target = match mean_target {
         MeanTarget::Value(value) => value,
         MeanTarget::Scene => KLIEG_MEAN_TARGET_SCENE,
     };
-    klieg_objective { weights, weight_count, mean_target, edge_contrast, edge_sobel, edge_laplace }
+    let background = background.unwrap_or(KLIEG_NO_BACKGROUND);
+    klieg_objective {
+        weights,
+        weight_count,
+        mean_target,
+        edge_contrast,
+        edge_sobel,
+        edge_laplace,
+        background,
+    }
 }
 
 /// In the order of `KLIEG_BRDF_...`.
@@ -257,6 +273,7 @@ pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Outcome<
         edge_contrast: given.edge_contrast,
         edge_sobel: given.edge_sobel,
         edge_laplace: given.edge_laplace,
+        background: Some(given.background).filter(|&b| b != KLIEG_NO_BACKGROUND),
     };
     objective.check()?;
     objective.check_without_target()?;

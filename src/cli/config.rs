@@ -13,7 +13,7 @@ use crate::lighting::shading::Shading;
 use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::{self, GeneticSettings, GreedySettings, StartSettings};
-use crate::render;
+use crate::render::{self, Background};
 use crate::scene::load::FileAccess;
 use crate::{Error, Result};
 use clap::ValueEnum;
@@ -249,7 +249,14 @@ impl Settings {
         file.insert("profile".into(), profile.name.into());
         let mut table = toml::Table::try_from(Self::of(profile)).map_err(de::Error::custom)?;
         overlay(&mut table, file);
-        table.try_into()
+        let mut settings: Self = table.try_into()?;
+        settings.judge_background();
+        Ok(settings)
+    }
+
+    /// Lets the background of final pictures count, where it is a colour that was given.
+    pub fn judge_background(&mut self) {
+        self.objective.background = self.picture.background.and_then(Background::luminance);
     }
 
     /// The files that scenes may name.

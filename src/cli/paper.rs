@@ -106,6 +106,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let paper = Paper {
         schema: Paper::SCHEMA,
         klieg: env!("CARGO_PKG_VERSION"),
+        profile: profile::PAPER.name,
         device: device.context("there are scenes")?,
         size,
         seed: options.seed,

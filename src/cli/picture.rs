@@ -13,8 +13,8 @@ use std::sync::Arc;
 /// How final pictures are made.
 #[derive(Debug, Args)]
 pub(super) struct PictureOptions {
-    /// Behind the objects of the final pictures: an sRGB colour such as '#3a3c42', or 'transparent'
-    /// [default: #3a3c42]
+    /// Behind the objects of the final pictures: an sRGB colour such as '#3a3c42', from which profile natural
+    /// makes the objects stand out, or 'transparent' [default: #3a3c42, which does not count]
     #[arg(long, value_name = "COLOR|transparent")]
     background: Option<Background>,
     /// From radiance to colours in the final pictures [default: none]
@@ -26,8 +26,9 @@ impl PictureOptions {
     /// Puts these options in the place of `settings`.
     pub fn apply(&self, settings: &mut Settings) {
         let picture = &mut settings.picture;
-        picture.background = self.background.unwrap_or(picture.background);
+        picture.background = self.background.or(picture.background);
         picture.tone_mapping = self.tone_mapping.unwrap_or(picture.tone_mapping);
+        settings.judge_background();
     }
 }
 

@@ -1,9 +1,10 @@
 //! What the light does at each pixel: burnt-out and unlit pixels, the irradiance and how it follows the
-//! normals, and the distance from a target picture.
+//! normals, the distance from a target picture, and the contrast with a background.
 
+use super::neighbourhood::repeated;
 use crate::math::color::srgb_encode;
 use crate::objective::maps::{Maps, PixelType};
-use crate::objective::{Irradiance, UNLIT};
+use crate::objective::{Irradiance, OUTLINE_ENOUGH, UNLIT};
 
 /// Indices of the object's pixels.
 fn object(maps: &Maps) -> impl Iterator<Item = usize> + Clone {
@@ -42,4 +43,22 @@ pub fn residual(maps: &Maps, picture: &[f32]) -> f32 {
     let count = told.clone().count().max(1) as f64;
     let squares = told.map(|at| (f64::from(picture[at]) - f64::from(maps.target[at])).powi(2));
     (squares.sum::<f64>() / count) as f32
+}
+
+/// Whether object pixel `at` has a neighbour, of the eight in the picture, that shows the background.
+pub fn is_outline(maps: &Maps, at: usize) -> bool {
+    let around = repeated(maps.surface.width, maps.surface.height, at);
+    around.into_iter().any(|tap| maps.types[tap] == PixelType::Background)
+}
+
+/// Mean of `1 − min(1, |I − B| / 0.2)` over the outline's pixels, `B` the background's encoded luminance; 0 without
+/// any.
+pub fn outline(maps: &Maps, picture: &[f32], background: f32) -> f32 {
+    let outline = object(maps).filter(|&at| is_outline(maps, at));
+    let merged = |at: usize| {
+        let distance = (f64::from(picture[at]) - f64::from(background)).abs();
+        1.0 - (distance / f64::from(OUTLINE_ENOUGH)).min(1.0)
+    };
+    let count = outline.clone().count().max(1) as f64;
+    (outline.map(merged).sum::<f64>() / count) as f32
 }

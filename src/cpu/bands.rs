@@ -10,8 +10,8 @@ use crate::lighting::{LightRecord, Population};
 use crate::objective::maps::{Maps, PixelCounts};
 use crate::objective::shadows::Shadows;
 use crate::objective::{
-    DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, HISTOGRAM_BINS, Irradiance, Needs, Objective,
-    Statistics,
+    DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, HISTOGRAM_BINS, Irradiance, Needs, OUTLINE_ENOUGH,
+    Objective, Statistics,
 };
 use crate::scene::view::View;
 use std::ops::Range;
@@ -40,6 +40,8 @@ pub struct Bands {
     /// Empty unless a target is needed.
     target: Vec<f32>,
     told: usize,
+    /// Luminance behind the outline, where that is needed.
+    background: Option<f32>,
 }
 
 /// What one band adds to an individual's statistics.
@@ -58,6 +60,8 @@ pub struct Part {
     detail: f64,
     /// Of `(I − T)²`.
     residual: f64,
+    /// Of `1 − min(1, |I − B| / 0.2)` over the outline.
+    outline: f64,
     /// Of the encoded irradiance, as `sum` and `squares`.
     irradiance: [f64; 2],
     appearance: AppearanceSums,
@@ -104,6 +108,7 @@ impl Bands {
             detail_weight: maps.shape.detail_weight,
             target: if needs.target { pixels.numbers(target) } else { Vec::new() },
             told: maps.told(),
+            background: objective.background.filter(|_| needs.background),
             places: if maps.shadows.is_some() { pixels.numbers(place) } else { Vec::new() },
             pixels,
             shading,
@@ -171,6 +176,9 @@ impl Bands {
         if self.needs.target {
             part.residual = kernels::residual(own, &self.target[self.own(band)]);
         }
+        if let Some(background) = self.background {
+            part.outline = merged(picture, &band.outline, background);
+        }
         part
     }
 
@@ -235,6 +243,10 @@ impl Bands {
             let squares = total(|part| part.residual);
             statistics.residual = (squares / self.told.max(1) as f64) as f32;
         }
+        if self.needs.background {
+            let count = self.bands.iter().map(|band| band.outline.len()).sum::<usize>();
+            statistics.outline = mean_of(total(|part| part.outline), count as u32) as f32;
+        }
         if self.needs.channels {
             statistics.burnt = share(parts.clone().map(|part| part.appearance.burnt).sum());
         }
@@ -263,4 +275,10 @@ impl Bands {
         let squares = sums.map(|[_, squares]| squares).sum::<f64>() + between.sum::<f64>();
         [mean as f32, (squares / count) as f32]
     }
+}
+
+/// Sum of `1 − min(1, |I − B| / 0.2)` over the pixels `at`.
+fn merged(picture: &[f32], at: &[u32], background: f32) -> f64 {
+    let distance = |&at: &u32| (picture[at as usize] - background).abs();
+    at.iter().map(|at| f64::from(1.0 - (distance(at) / OUTLINE_ENOUGH).min(1.0))).sum()
 }

@@ -1,7 +1,7 @@
 //! The object's pixels alone, as the inner loops read them: one array for each number, and lists of
 //! the neighbours that the gradients need. Pixels keep their order, rows from the top.
 
-use super::neighbourhood;
+use super::{appearance, neighbourhood};
 use crate::lighting::shading::{Coefficients, Shading};
 use crate::math::color::luminance;
 use crate::objective::maps::{Maps, PixelType};
@@ -110,6 +110,8 @@ pub struct Band {
     pub surface_at: Vec<u32>,
     /// Surroundings of the EDGE pixels, counted likewise.
     pub edge: Vec<Taps>,
+    /// Pixels beside the background, counted likewise.
+    pub outline: Vec<u32>,
 }
 
 impl Pixels {
@@ -201,6 +203,9 @@ impl Pixels {
             let taps = neighbourhood::within_object(&maps.types, width, height, at);
             let around = [0, 1, 2, 3, 5, 6, 7, 8].map(|k| taps[k]);
             let inner = around.iter().all(|&tap| tap != at);
+            if !inner && appearance::is_outline(maps, at) {
+                band.outline.push(local(at));
+            }
             match maps.types[at] {
                 PixelType::Edge => band.edge.push(around.map(local)),
                 _ if !inner => {

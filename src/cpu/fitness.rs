@@ -13,6 +13,7 @@ use glam::Vec3;
 /// more is 0.
 pub fn statistics(maps: &Maps, picture: &[f32], objective: &Objective) -> Statistics {
     let needs = objective.needs();
+    let background = objective.background.filter(|_| needs.background);
     let (mean, variance) = moments::moments(maps, picture);
     let (edge_contrast, gradient) = gradient::gradient(maps, picture, objective);
     Statistics {
@@ -23,6 +24,7 @@ pub fn statistics(maps: &Maps, picture: &[f32], objective: &Objective) -> Statis
         histogram: histogram::histogram(maps, picture),
         detail: if needs.detail { gradient::detail(maps, picture) } else { 0.0 },
         residual: if needs.target { appearance::residual(maps, picture) } else { 0.0 },
+        outline: background.map_or(0.0, |b| appearance::outline(maps, picture, b)),
         ..Statistics::default()
     }
 }

@@ -109,6 +109,7 @@ fn natural_objective() -> Objective {
         ("unlit", 0.15),
         ("relief", 0.15),
         ("direction", 0.10),
+        ("outline", 0.10),
     ]);
     Objective {
         weights: weights.unwrap_or_default(),
@@ -125,7 +126,7 @@ fn natural_shading() -> Shading {
 /// has one intensity, as lamps have.
 fn natural_boxes() -> Boxes {
     let paper = Boxes::default();
-    let key = RoleBox { diffuse: Range::new(0.0, 8.0), specular: None, ..paper.key };
+    let key = RoleBox { diffuse: Range::new(0.0, 6.0), specular: None, softness: 4.0, ..paper.key };
     let fill = RoleBox {
         elevation: Range::new(-10.0, 45.0),
         azimuth: Range::new(20.0, 110.0),
@@ -165,10 +166,13 @@ mod tests {
     }
 
     #[test]
-    fn natural_weighs_nine_terms_and_light_of_one_intensity() {
+    fn natural_weighs_ten_terms_and_light_of_one_intensity() {
         let Objective { weights, mean_target, .. } = (NATURAL.objective)();
-        assert_eq!((weights.iter().count(), mean_target), (9, MeanTarget::Scene));
-        assert!((weights.values().sum::<f32>() - 1.35).abs() < 1e-6);
+        assert_eq!((weights.iter().count(), mean_target), (10, MeanTarget::Scene));
+        let (all, counted) = (weights, (NATURAL.objective)().measured());
+        for (weights, sum) in [(all, 1.45), (counted, 1.35)] {
+            assert!((weights.values().sum::<f32>() - sum).abs() < 1e-6, "{weights:?}");
+        }
         let genome = NATURAL.genome().unwrap();
         assert!((0..2).all(|light| genome.alleles(light).all(|allele| allele.name != "specular")));
         assert_eq!(PAPER.genome().unwrap().bounds().len(), genome.bounds().len() + 2);

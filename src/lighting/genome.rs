@@ -29,6 +29,8 @@ struct Searched {
     light: Light,
     /// What the search may change, in the chromosome's order.
     genes: Vec<Gene>,
+    /// Radius of the light at the distance 1.
+    size: f32,
 }
 
 /// A value of a light that is searched.
@@ -77,7 +79,8 @@ impl Searched {
             }
         }
         let light = Light { role, kind, color: space.color, ..Light::default() };
-        Ok(Self { light, genes })
+        let size = (0.5 * space.softness.to_radians()).tan();
+        Ok(Self { light, genes, size })
     }
 
     fn decode(&self, values: &[f32], key: &Light) -> Light {
@@ -85,6 +88,7 @@ impl Searched {
         for (gene, &value) in std::iter::zip(&self.genes, values) {
             gene.decode(value, &mut light, key);
         }
+        light.size = self.size * light.reach().unwrap_or(1.0);
         light
     }
 

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 pub use mean_target::MeanTarget;
 pub use statistics::{
-    BURNT, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, Irradiance, Statistics, UNLIT,
+    BURNT, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, Irradiance, OUTLINE_ENOUGH, Statistics, UNLIT,
 };
 pub use term::{MAX_TERMS, Needs, Term, Terms};
 
@@ -50,6 +50,10 @@ pub struct Objective {
     pub edge_sobel: f32,
     /// Absolute Laplacian of the depth above which a pixel can be an edge, scene radii.
     pub edge_laplace: f32,
+    /// Luminance behind the objects, sRGB-encoded, 0..=1. Without it the weights of terms that need it count
+    /// as 0. Files say it as the background of final pictures.
+    #[serde(skip)]
+    pub background: Option<f32>,
 }
 
 impl Default for Objective {
@@ -60,6 +64,7 @@ impl Default for Objective {
             edge_contrast: 0.06,
             edge_sobel: 0.02,
             edge_laplace: 0.02,
+            background: None,
         }
     }
 }
@@ -71,15 +76,22 @@ impl Objective {
         for (term, weight) in self.weights.iter() {
             within(&format!("weight {}", term.name), weight, 0.0, f32::MAX)?;
         }
-        if self.weights.values().all(|weight| weight == 0.0) {
-            return Err(Error::Argument("all weights are 0: nothing to search for".into()));
+        let counts = |(term, weight): (&Term, f32)| weight > 0.0 && self.can_measure(term);
+        if !self.weights.iter().any(counts) {
+            let fault = if self.weights.values().any(|weight| weight > 0.0) {
+                "all weights are 0 but those of terms that need a background, and none is given"
+            } else {
+                "all weights are 0: nothing to search for"
+            };
+            return Err(Error::Argument(fault.into()));
         }
         // Terms are at most 1, so that their sum is finite too.
         within("the sum of the weights", self.weights.values().sum(), 0.0, f32::MAX)?;
         self.mean_target.check()?;
         within("objective.edge_contrast", self.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
         within("objective.edge_sobel", self.edge_sobel, 0.0, f32::MAX)?;
-        within("objective.edge_laplace", self.edge_laplace, 0.0, f32::MAX)
+        within("objective.edge_laplace", self.edge_laplace, 0.0, f32::MAX)?;
+        self.background.map_or(Ok(()), |b| within("objective.background", b, 0.0, 1.0))
     }
 
     /// # Errors
@@ -99,9 +111,16 @@ impl Objective {
         self.weights.iter().all(|(term, _)| terms::TERMS.iter().any(|&own| std::ptr::eq(own, term)))
     }
 
-    /// What pictures have to be measured for: what terms of a weight above 0 need.
+    /// Whether what a term needs of the background is given.
+    fn can_measure(&self, term: &Term) -> bool {
+        !term.needs.background || self.background.is_some()
+    }
+
+    /// What pictures have to be measured for: what terms of a weight above 0 need. Those that need a background
+    /// do not count without one.
     pub fn needs(&self) -> Needs {
-        let weighed = self.weights.iter().filter(|&(_, weight)| weight > 0.0);
+        let counts = |&(term, weight): &(&Term, f32)| weight > 0.0 && self.can_measure(term);
+        let weighed = self.weights.iter().filter(counts);
         weighed.fold(Needs::NONE, |needs, (term, _)| needs.and(term.needs))
     }
 

@@ -1,7 +1,7 @@
 //! What is measured in a picture, whatever it is judged by.
 
 use super::HISTOGRAM_BINS;
-pub use crate::constants::{BURNT, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, UNLIT};
+pub use crate::constants::{BURNT, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, OUTLINE_ENOUGH, UNLIT};
 
 /// Statistics of one individual's picture `I` (sRGB-encoded luminance, 0..=1) and of the light that made
 /// it. What the objective does not need ([`super::Needs`]) is 0.
@@ -28,6 +28,9 @@ pub struct Statistics {
     pub irradiance: Irradiance,
     /// Mean of `(I − T)²` over the pixels that the target picture `T` tells.
     pub residual: f32,
+    /// Mean of `1 − min(1, |I − B| / 0.2)` over the object pixels of which one of the eight neighbours in the
+    /// picture shows the background, of luminance `B`; 0 without any.
+    pub outline: f32,
     /// Unit vector towards the first key light, light frame; 0 without any.
     pub key: [f32; 3],
 }

@@ -23,12 +23,19 @@ pub struct Needs {
     pub irradiance: bool,
     /// [`Statistics::residual`].
     pub target: bool,
+    /// [`Statistics::outline`].
+    pub background: bool,
 }
 
 impl Needs {
     /// Nothing more.
-    pub const NONE: Self =
-        Self { detail: false, channels: false, irradiance: false, target: false };
+    pub const NONE: Self = Self {
+        detail: false,
+        channels: false,
+        irradiance: false,
+        target: false,
+        background: false,
+    };
     /// Visible detail.
     pub const DETAIL: Self = Self { detail: true, ..Self::NONE };
     /// The channels of the colour.
@@ -37,6 +44,8 @@ impl Needs {
     pub const IRRADIANCE: Self = Self { irradiance: true, ..Self::NONE };
     /// The distance from a target picture.
     pub const TARGET: Self = Self { target: true, ..Self::NONE };
+    /// The contrast of the outline with a given background.
+    pub const BACKGROUND: Self = Self { background: true, ..Self::NONE };
 
     /// Whether what the lights do has to be known, and not the brightness alone.
     pub fn lights(self) -> bool {
@@ -50,6 +59,7 @@ impl Needs {
             channels: self.channels || other.channels,
             irradiance: self.irradiance || other.irradiance,
             target: self.target || other.target,
+            background: self.background || other.background,
         }
     }
 
@@ -60,6 +70,7 @@ impl Needs {
             ("channels", self.channels),
             ("irradiance", self.irradiance),
             ("target", self.target),
+            ("background", self.background),
         ];
         all.into_iter().filter(|(_, needed)| *needed).map(|(name, _)| name)
     }
@@ -280,5 +291,6 @@ mod tests {
         let two = Needs::DETAIL.and(Needs::TARGET);
         assert!(two.names().eq(["detail", "target"]) && Needs::NONE.names().next().is_none());
         assert!(Needs::CHANNELS.and(Needs::IRRADIANCE).names().eq(["channels", "irradiance"]));
+        assert!(Needs::BACKGROUND.and(Needs::TARGET).names().eq(["target", "background"]));
     }
 }

@@ -1,6 +1,6 @@
 //! What stands behind the objects.
 
-use crate::math::color::srgb_decode;
+use crate::math::color::{luminance, srgb_decode, srgb_encode};
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
@@ -26,12 +26,22 @@ impl Background {
     pub(super) fn behind(self, object: Vec3, coverage: f32) -> Vec4 {
         match self {
             Self::Transparent => object.extend(coverage),
-            Self::Color(color) => {
-                let color = Vec3::from(color.map(|byte| srgb_decode(f32::from(byte) / 255.0)));
-                color.lerp(object, coverage).extend(1.0)
-            }
+            Self::Color(color) => linear(color).lerp(object, coverage).extend(1.0),
         }
     }
+
+    /// sRGB-encoded luminance of a colour, as [`Objective::background`](crate::objective::Objective::background)
+    /// takes it; none where the background is transparent.
+    pub fn luminance(self) -> Option<f32> {
+        match self {
+            Self::Transparent => None,
+            Self::Color(color) => Some(srgb_encode(luminance(linear(color)).min(1.0))),
+        }
+    }
+}
+
+fn linear(color: [u8; 3]) -> Vec3 {
+    color.map(|byte| srgb_decode(f32::from(byte) / 255.0)).into()
 }
 
 impl Default for Background {
@@ -93,6 +103,17 @@ mod tests {
         assert_eq!(Background::default().to_string(), "#3a3c42");
         for text in ["", "#fff", "white", "#gg0000", "#+12345", "3a3c42", "Transparent"] {
             assert!(text.parse::<Background>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn colours_have_a_luminance() {
+        let luminance = |text: &str| text.parse::<Background>().unwrap().luminance();
+        assert_eq!((luminance("transparent"), luminance("#000000")), (None, Some(0.0)));
+        for (text, expected) in [("#ffffff", 1.0), ("#808080", 128.0 / 255.0), ("#00ff00", 0.8622)]
+        {
+            let found = luminance(text).unwrap();
+            assert!((found - expected).abs() < 1e-3 && found <= 1.0, "{text}: {found}");
         }
     }
 

@@ -32,8 +32,9 @@ pub const MAX_SAMPLES: u32 = 64;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// What stands behind the objects.
-    pub background: Background,
+    /// What stands behind the objects; the default colour where absent. One that is given counts in what
+    /// lights are judged by.
+    pub background: Option<Background>,
     /// From radiance to colours.
     pub tone_mapping: ToneMapping,
     /// Samples of a pixel, a square number up to [`MAX_SAMPLES`]: they lie on a square grid.
@@ -42,7 +43,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { background: Background::default(), tone_mapping: ToneMapping::None, samples: 16 }
+        Self { background: None, tone_mapping: ToneMapping::None, samples: 16 }
     }
 }
 

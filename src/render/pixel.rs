@@ -102,7 +102,8 @@ impl Painter<'_> {
         let radiance = sum / lit.len().max(1) as f32;
         let coverage = lit.len() as f32 / self.settings.samples as f32;
         let object = self.settings.tone_mapping.apply(radiance);
-        let [r, g, b, alpha] = self.settings.background.behind(object, coverage).to_array();
+        let background = self.settings.background.unwrap_or_default();
+        let [r, g, b, alpha] = background.behind(object, coverage).to_array();
         let byte = |value: f32| (value * 255.0).round() as u8;
         let [r, g, b] = [r, g, b].map(|channel| byte(srgb_encode(channel)));
         ([r, g, b, byte(alpha)], counts)

@@ -121,13 +121,22 @@ pub struct Targets {
     pub edge_sobel: f32,
     /// Depth curvature of an edge.
     pub edge_laplace: f32,
+    /// Luminance behind the objects; null where none was given.
+    pub background: Option<f32>,
 }
 
 impl From<&Objective> for ObjectiveRecord {
     fn from(objective: &Objective) -> Self {
-        let Objective { weights, mean_target: mean, edge_contrast, edge_sobel, edge_laplace } =
-            *objective;
-        Self { weights, targets: Targets { mean, edge_contrast, edge_sobel, edge_laplace } }
+        let &Objective {
+            weights,
+            mean_target: mean,
+            edge_contrast,
+            edge_sobel,
+            edge_laplace,
+            background,
+        } = objective;
+        let targets = Targets { mean, edge_contrast, edge_sobel, edge_laplace, background };
+        Self { weights, targets }
     }
 }
 

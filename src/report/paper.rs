@@ -27,6 +27,8 @@ pub struct Paper {
     pub schema: &'static str,
     /// klieg's version.
     pub klieg: &'static str,
+    /// The profile that the settings start from.
+    pub profile: &'static str,
     /// What computed.
     pub device: DeviceInfo,
     /// Width and height of the pictures.

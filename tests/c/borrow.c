@@ -117,7 +117,7 @@ static klieg_evaluator *level_1(const klieg_context *context) {
     CHECK(scene, klieg_scene_finish(scene));
     CHECK(NULL, klieg_camera_frame(scene, NULL, 1.0, &camera));
     CHECK(context,
-          klieg_evaluator_of_scene(context, scene, &camera, SIDE, SIDE, NULL, NULL, &evaluator));
+          klieg_evaluator_of_scene(context, scene, &camera, SIDE, SIDE, NULL, NULL, NULL, &evaluator));
     klieg_scene_destroy(scene);
     return evaluator;
 }

@@ -78,7 +78,7 @@ static klieg_evaluator *make_evaluator(const klieg_context *context, const klieg
     klieg_evaluator *evaluator;
     const klieg_lens lens = KLIEG_LENS_PERSPECTIVE;
     CHECK(NULL, klieg_camera_look_at(EYE, TARGET, UP, lens, 0.7, &camera));
-    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, NULL, NULL,
+    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, NULL, NULL, NULL,
                                             &evaluator));
     return evaluator;
 }
@@ -133,7 +133,7 @@ static void judge(const klieg_context *context, const klieg_scene *scene) {
     CHECK(NULL, klieg_objective_set_weight(&objective, "mean", 0.5f));
     CHECK(NULL, klieg_objective_set_weight(&objective, "range", 0.25f));
     EXPECT(objective.weight_count == 6 && objective.weights[1].value == 0.5f);
-    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, &objective, NULL,
+    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, &objective, NULL, NULL,
                                             &evaluator));
     CHECK(NULL, klieg_preset_lights(KLIEG_PRESET_HEADLIGHT, rig, COUNT(rig), &lights));
     CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
@@ -144,7 +144,7 @@ static void judge(const klieg_context *context, const klieg_scene *scene) {
     char name[] = "hist";
     objective.weights[0] = (klieg_term){name, 1.0f};
     objective.weight_count = 1;
-    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, &objective, NULL,
+    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, &objective, NULL, NULL,
                                             &evaluator));
     name[0] = 'x';
     CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
@@ -153,7 +153,8 @@ static void judge(const klieg_context *context, const klieg_scene *scene) {
 
     REFUSE(NULL, klieg_objective_set_weight(&objective, "range", 1.0f), KLIEG_ERROR_ARGUMENT,
            "no term 'xist'");
-    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, &objective, NULL, &evaluator),
+    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, &objective, NULL, NULL,
+                                            &evaluator),
            KLIEG_ERROR_ARGUMENT, "edge, mean");
     objective.weights[0].name = NULL;
     REFUSE(context, klieg_evaluator_of_surface(context, 8, 8, &objective, NULL, &evaluator),
@@ -180,6 +181,7 @@ static void judge_by_profile(const klieg_context *context, const klieg_scene *sc
     klieg_evaluator *evaluator;
     klieg_objective objective;
     klieg_shading shading;
+    klieg_shadows shadows;
     klieg_design design;
     klieg_designer *designer;
     klieg_quality quality;
@@ -192,10 +194,17 @@ static void judge_by_profile(const klieg_context *context, const klieg_scene *sc
     }
     CHECK(NULL, klieg_objective_profile(&objective, "natural"));
     CHECK(NULL, klieg_shading_profile(&shading, "natural"));
+    CHECK(NULL, klieg_shadows_defaults(&shadows));
+    EXPECT(!shadows.on && shadows.side == 31 && shadows.memory == 1024);
+    CHECK(NULL, klieg_shadows_profile(&shadows, "natural"));
+    EXPECT(shadows.on && shadows.side == 31);
     EXPECT(objective.mean_target == KLIEG_MEAN_TARGET_SCENE && shading.brdf == KLIEG_BRDF_GLTF);
+    EXPECT(objective.background == KLIEG_NO_BACKGROUND);
+    objective.background = 0.5f;
+    shadows.side = 15;
     CHECK(NULL, klieg_camera_look_at(EYE, TARGET, UP, KLIEG_LENS_PERSPECTIVE, 0.7, &camera));
     CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, &objective, &shading,
-                                            &evaluator));
+                                            &shadows, &evaluator));
     CHECK(NULL, klieg_preset_lights(KLIEG_PRESET_THREE_POINT, rig, COUNT(rig), &lights));
     CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
     print_quality("natural", &quality);
@@ -217,8 +226,18 @@ static void judge_by_profile(const klieg_context *context, const klieg_scene *sc
     design.fill.share_of_key = 2;
     REFUSE(NULL, klieg_designer_create(&design, &designer), KLIEG_ERROR_ARGUMENT, "share_of_key is 2");
     shading.brdf = 2;
-    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, NULL, &shading, &evaluator),
+    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, NULL, &shading, NULL, &evaluator),
            KLIEG_ERROR_ARGUMENT, "brdf 2");
+    objective.background = 2.0f;
+    REFUSE(context, klieg_evaluator_of_surface(context, 8, 8, &objective, NULL, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "objective.background");
+    shadows.side = 16;
+    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, NULL, NULL, &shadows, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "shadows.side is 16");
+    shadows.on = 2;
+    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, NULL, NULL, &shadows, &evaluator),
+           KLIEG_ERROR_ARGUMENT, "shadows.on is 2");
+    REFUSE(NULL, klieg_shadows_profile(&shadows, "film"), KLIEG_ERROR_ARGUMENT, "paper, natural");
 }
 
 static void place(klieg_evaluator *evaluator) {
@@ -362,7 +381,7 @@ static void provoke(klieg_context *context, klieg_evaluator *evaluator) {
     klieg_mesh huge = {.vertices = SIZE_MAX / 2, .positions = &light.elevation};
     REFUSE(scene, klieg_scene_add_mesh(scene, &huge, &count), KLIEG_ERROR_ARGUMENT, "positions");
     CHECK(NULL, klieg_camera_look_at(EYE, TARGET, UP, KLIEG_LENS_PERSPECTIVE, 0.7, &camera));
-    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, NULL, NULL, &of_surface),
+    REFUSE(context, klieg_evaluator_of_scene(context, scene, &camera, 8, 8, NULL, NULL, NULL, &of_surface),
            KLIEG_ERROR_ARGUMENT, "not finished");
     klieg_scene_destroy(scene);
     REFUSE(NULL, klieg_camera_look_at(EYE, EYE, UP, KLIEG_LENS_PERSPECTIVE, 0.7, &camera),

@@ -82,6 +82,19 @@ fn a_file_starts_from_the_profile_that_it_names_or_is_asked_for() {
 }
 
 #[test]
+fn only_a_colour_that_is_given_counts_as_background() {
+    let judged = |text: &str| parse(text).objective.background;
+    assert_eq!(judged("[picture]\nsamples = 4"), None);
+    assert_eq!(judged("[picture]\nbackground = \"transparent\""), None);
+    let white = judged("[picture]\nbackground = \"#ffffff\"").unwrap();
+    assert!((white - 1.0).abs() < 1e-6, "{white}");
+    let default = judged("[picture]\nbackground = \"#3a3c42\"").unwrap();
+    assert!((0.2..0.3).contains(&default), "{default}");
+    let fault = Settings::parse("[objective]\nbackground = 0.5", None, &PAPER).unwrap_err();
+    assert!(fault.to_string().contains("background"), "{fault}");
+}
+
+#[test]
 fn the_documented_view_keys_are_known() {
     // A comment of the form `# key = value` is a key that is absent by default.
     let uncomment = |line: &str| {

@@ -134,8 +134,8 @@ fn arrive<const POINT: bool>(group: &Group, light: &LightRecord, interim: &mut I
         let cone = clamp(cosine.mul_add(light.cone_scale, light.cone_offset));
         interim.received[k] = if n_l > 0.0 { falloff * n_l * (cone * cone) } else { 0.0 };
         interim.facing[k] = n_l;
-        for axis in 0..3 {
-            interim.towards[axis][k] = l[axis];
+        for (axis, l) in l.into_iter().enumerate() {
+            interim.towards[axis][k] = l;
         }
         any |= n_l > 0.0;
     }

@@ -168,8 +168,8 @@ impl Beam {
             last: tile.high,
             first: tile.low,
         };
-        for axis in 0..3 {
-            if inverse[axis] < 0.0 {
+        for (axis, inverse) in inverse.into_iter().enumerate() {
+            if inverse < 0.0 {
                 (beam.near[axis], beam.far[axis]) = (4 + axis, axis);
                 (beam.last[axis], beam.first[axis]) = (tile.low[axis], tile.high[axis]);
             }

@@ -222,7 +222,7 @@ mod tests {
             let plain = reference(&surface, occluders.clone(), side);
             assert!(fast == plain, "side {side}");
             assert_eq!(fast.openness(), plain.openness());
-            let closed = |shadows: &Shadows| shadows.blocks().iter().any(|&word| word == 0);
+            let closed = |shadows: &Shadows| shadows.blocks().contains(&0);
             assert!(closed(&fast), "something is in the shadow of whole rows");
         }
         let mut fewer = (*occluders).clone();

@@ -5,8 +5,8 @@
 mod bindings;
 mod statistics;
 
-use crate::constants::MEAN_OF_SCENE;
 pub use crate::constants::{DOUBLE_SIDED, EMPTY_TILE, MATERIAL_TEXTURES, NORMAL_MAPPED};
+use crate::constants::{MEAN_OF_SCENE, NO_BACKGROUND};
 use crate::lighting::shading::Shading;
 use crate::objective::terms::TERMS;
 use crate::objective::{MAX_TERMS, MeanTarget, Objective};
@@ -41,8 +41,10 @@ pub struct Parameters {
     pub edge_contrast: f32,
     /// [`Objective::mean_target`], or [`MEAN_OF_SCENE`].
     pub mean_target: f32,
+    /// [`Objective::background`], or [`NO_BACKGROUND`].
+    pub background: f32,
     /// To a multiple of 16 bytes.
-    pub padding_middle: [f32; 2],
+    pub padding_middle: f32,
     /// Of klieg's own terms, in the order of [`TERMS`]; 0 beyond.
     pub weights: [f32; MAX_TERMS],
 }
@@ -62,7 +64,8 @@ impl Parameters {
             edge_laplace: objective.edge_laplace,
             edge_contrast: objective.edge_contrast,
             mean_target: mean_target(objective.mean_target),
-            padding_middle: [0.0; 2],
+            background: objective.background.unwrap_or(NO_BACKGROUND),
+            padding_middle: 0.0,
             weights: weights(objective),
         }
     }
@@ -76,11 +79,11 @@ fn mean_target(target: MeanTarget) -> f32 {
     }
 }
 
-/// The weights of klieg's own terms, in the order of [`TERMS`].
+/// The weights of klieg's own terms, in the order of [`TERMS`]; 0 for what is not measured.
 fn weights(objective: &Objective) -> [f32; MAX_TERMS] {
-    let mut weights = [0.0; MAX_TERMS];
+    let (mut weights, measured) = ([0.0; MAX_TERMS], objective.measured());
     for (weight, term) in weights.iter_mut().zip(TERMS) {
-        *weight = objective.weights.get(term.name).unwrap_or(0.0);
+        *weight = measured.get(term.name).unwrap_or(0.0);
     }
     weights
 }

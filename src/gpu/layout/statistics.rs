@@ -141,6 +141,10 @@ pub struct AppearancePart {
     pub residual: f32,
     /// Sum over SURFACE of the weight of the detail that is seen.
     pub detail: f32,
+    /// Pixels beside the background.
+    pub outline_count: u32,
+    /// Sum over them of `1 − min(1, |I − B| / 0.2)`.
+    pub outline: f32,
 }
 
 /// Element of the storage block `Details`: [`Statistics`] of an individual.
@@ -163,6 +167,8 @@ pub struct Detail {
     pub unlit: f32,
     /// [`Statistics::residual`].
     pub residual: f32,
+    /// [`Statistics::outline`].
+    pub outline: f32,
     /// [`Irradiance::mean`].
     pub irradiance_mean: f32,
     /// [`Irradiance::variance`].
@@ -199,6 +205,7 @@ impl Detail {
                 covariance: [self.covariance_x, self.covariance_y],
             },
             residual: self.residual,
+            outline: self.outline,
             key: [self.key_x, self.key_y, self.key_z],
         }
     }

@@ -372,9 +372,9 @@ fn light_and_detail_bytes(context: &Context, individuals: u32, records: usize) -
 }
 
 /// The specialisation constants that tell shaders what is measured besides the brightness and its
-/// gradients: what the lights do, detail, and a target.
-pub fn measured(needs: Needs) -> [u32; 3] {
-    [needs.lights(), needs.detail, needs.target].map(u32::from)
+/// gradients: what the lights do, detail, a target, and the outline before a background.
+pub fn measured(needs: Needs) -> [u32; 4] {
+    [needs.lights(), needs.detail, needs.target, needs.background].map(u32::from)
 }
 
 /// Bytes of the partial histograms, moments, gradients and, where the objective needs any, appearances of

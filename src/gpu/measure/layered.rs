@@ -46,8 +46,8 @@ impl<S: PictureStage> Layered<S> {
         ];
         let needs = view.objective.needs();
         if needs != Needs::NONE {
-            let [lights, detail, target] = generation::measured(needs);
-            let constants = [COLUMNS, SUM_ROWS, lights, detail, target];
+            let [lights, detail, target, outline] = generation::measured(needs);
+            let constants = [COLUMNS, SUM_ROWS, lights, detail, target, outline];
             let spirv = shaders::APPEARANCE_COMP;
             reductions.push(reduction("appearance", spirv, SUM_ROWS, &constants)?);
         }

@@ -30,6 +30,10 @@ pub struct RoleBox {
     /// Half angle of the cone of kinds that have one, degrees.
     #[serde(default = "cone")]
     pub cone: Range,
+    /// Size of the lights, as the angle that they cover seen from the scene's centre, degrees, 0 to 60: how
+    /// soft their shadows are in final pictures.
+    #[serde(default)]
+    pub softness: f32,
     /// Colour of the lights.
     #[serde(default)]
     pub color: Color,
@@ -66,6 +70,7 @@ impl Default for Boxes {
             specular: Some(Range::new(0.0, 2.0)),
             distance,
             cone: cone(),
+            softness: 0.0,
             color: Color::WHITE,
         };
         let elevation = Range::new(-30.0, 90.0);
@@ -117,6 +122,11 @@ pub(super) fn check(role: Role, space: &RoleBox) -> Result<()> {
     if role == Role::Key && (space.azimuth_from_key || space.share_of_key) {
         let fault = "the key's box is relative to the key: azimuth_from_key and share_of_key are for fill and rim";
         return Err(Error::Argument(fault.into()));
+    }
+    if !(0.0..=60.0).contains(&space.softness) {
+        let fault =
+            format!("the {role:?} box's softness is {}: it must be 0 to 60", space.softness);
+        return Err(Error::Argument(fault));
     }
     for (name, range, least, most) in [
         ("elevation", elevation, -90.0, f32::MAX),

@@ -10,4 +10,6 @@ macro_rules! table {
     };
 }
 
-table!(edge, mean, grad, var, hist, detail, range, burnt, unlit, relief, direction, target);
+table!(
+    edge, mean, grad, var, hist, detail, range, burnt, unlit, relief, direction, target, outline
+);
