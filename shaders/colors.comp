@@ -6,11 +6,12 @@
 #include "normal_gradient.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
-layout(constant_id = 2) const bool GLTF = false;
+layout(constant_id = 2) const uint BRDF = 0;
+const bool GLTF = BRDF > 0;
 layout(constant_id = 3) const uint SHADOW_SIDE = 0;
 const bool NEAR_LIGHTS = false;
 
-#include "color.glsl"
+#include "color_reflectance.glsl"
 
 // Ambient occlusion: the cosine-weighted share of the directions above the unit normal `n` from which light
 // comes to a pixel.
@@ -46,7 +47,10 @@ void main() {
         constants.x *= open;
         imageStore(color_records, ivec3(pixel, 3), vec4(face_of(pixel), open));
     }
-    ColorReflectance looks = color_reflectance(base, metallic, roughness, emissive, constants);
+    vec3 p = texelFetch(position_roughness_map, pixel, 0).xyz;
+    float n_v = max(dot(texelFetch(normal_metallic_map, pixel, 0).xyz, to_viewer(p)), 0.0);
+    ColorReflectance looks =
+        color_reflectance(base, metallic, roughness, emissive, n_v, constants);
     bool surface = imageLoad(type_map, pixel).x == SURFACE;
     float gradient = surface ? normal_gradient(pixel) : 0.0;
     imageStore(color_records, ivec3(pixel, 0), vec4(looks.diffuse, looks.lobe));

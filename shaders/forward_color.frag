@@ -5,7 +5,8 @@
 #include "surface.glsl"
 
 layout(constant_id = 0) const uint LIGHTS = 1;
-layout(constant_id = 1) const bool GLTF = false;
+layout(constant_id = 1) const uint BRDF = 0;
+const bool GLTF = BRDF > 0;
 layout(constant_id = 2) const uint SHADOW_SIDE = 0;
 layout(constant_id = 3) const bool NEAR_LIGHTS = false;
 
@@ -16,7 +17,7 @@ layout(constant_id = 3) const bool NEAR_LIGHTS = false;
 #extension GL_EXT_samplerless_texture_functions : require
 layout(set = 2, binding = 1) uniform texture2DArray color_surface; // see layout.glsl
 
-#include "color.glsl"
+#include "color_reflectance.glsl"
 
 layout(set = 2, binding = 0, std430) readonly buffer Lights { Light lights[]; };
 
@@ -32,8 +33,9 @@ void main() {
     if (SHADOW_SIDE > 0) {
         constants.x *= texelFetch(color_surface, ivec3(pixel, 3), 0).w;
     }
-    ColorReflectance looks =
-        color_reflectance(seen.base_color, seen.metallic, seen.roughness, seen.emissive, constants);
+    float n_v = max(dot(seen.normal, v), 0.0);
+    ColorReflectance looks = color_reflectance(
+        seen.base_color, seen.metallic, seen.roughness, seen.emissive, n_v, constants);
     Lit lit = Lit(looks.unlit, 0.0);
     for (uint i = 0; i < LIGHTS; ++i) {
         add_light(lights[rig + i], pixel, position, seen.normal, v, looks, lit);

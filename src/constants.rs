@@ -38,7 +38,7 @@ constants! {
     /// `F_burnt`: share beyond it that makes the term 1.
     BURNT_RANGE: f32 = 0.1;
     /// `F_unlit`: share of the object that makes the term 1.
-    UNLIT_RANGE: f32 = 0.15;
+    UNLIT_RANGE: f32 = 0.25;
     /// `F_relief`: coefficient of determination that is enough.
     RELIEF_ENOUGH: f32 = 0.6;
     /// `F_relief`: variance of the irradiance below which there is no shading to speak of.
@@ -67,6 +67,17 @@ constants! {
     /// Least perceptual roughness of the BRDF of glTF: below it a highlight would be smaller than any pixel.
     /// The value is that of three.js up to r186.
     MIN_ROUGHNESS: f32 = 0.0525;
+    /// Number of the BRDF of glTF with multiple scattering.
+    BRDF_GLTF_SCATTERING: u32 = 2;
+    /// What microfacets of the roughness `r`, seen at the cosine `c`, scatter more than once, as a polynomial:
+    /// `r²·(S₀ + r·S₁ + r²·S₂)` with `Sᵢ` of `1`, `c` and `c²`. A fit to the exact integral, within 0.03 for `c` > 0.15.
+    SCATTERING_0: [f32; 3] = [2.4077258, -6.163342, 2.870002];
+    /// See `SCATTERING_0`.
+    SCATTERING_1: [f32; 3] = [-5.2246656, 18.160208, -9.560413];
+    /// See `SCATTERING_0`.
+    SCATTERING_2: [f32; 3] = [3.0177583, -11.153302, 6.3410854];
+    /// Least share that is scattered once.
+    SCATTERED_LEAST: f32 = 0.3;
     /// Brightness of a picture where no object is.
     NO_OBJECT: f32 = -1.0;
 

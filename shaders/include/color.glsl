@@ -23,19 +23,6 @@ struct Lit {
     float irradiance; // diffuse; 1 where a white matt surface would show white
 };
 
-// Of glTF metallic-roughness, as Shading::reflectance. constants: ambient, dielectric, max_shininess.
-ColorReflectance color_reflectance(vec3 base, float metallic, float roughness, vec3 emissive, vec3 constants) {
-    vec3 f0 = mix(vec3(constants.y), base, metallic);
-    vec3 unlit = base * constants.x + emissive;
-    vec3 diffuse = base * (1.0 - metallic);
-    if (GLTF) {
-        float alpha = max(roughness, MIN_ROUGHNESS) * max(roughness, MIN_ROUGHNESS);
-        return ColorReflectance(diffuse * (1.0 - constants.y), f0, alpha * alpha, unlit);
-    }
-    float s = shininess(roughness, constants.z);
-    return ColorReflectance(diffuse, f0 * ((s + 8.0) / 8.0), 0.5 * s, unlit);
-}
-
 // Half of the height-correlated Smith function's denominator.
 float masking(float a, float b, float alpha2) {
     return a * sqrt(b * b * (1.0 - alpha2) + alpha2);

@@ -92,6 +92,8 @@ pub type klieg_brdf = i32;
 pub const KLIEG_BRDF_BLINN_PHONG: klieg_brdf = 0;
 /// As glTF 2.0 has it: Lambert under GGX.
 pub const KLIEG_BRDF_GLTF: klieg_brdf = 1;
+/// The same with what rough surfaces scatter more than once.
+pub const KLIEG_BRDF_GLTF_SCATTERING: klieg_brdf = 2;
 
 /// Settings of the quality function. The defaults are those of the profile "paper".
 #[repr(C)]
@@ -245,13 +247,14 @@ fn c_objective(profile: &Profile) -> klieg_objective {
 }
 
 /// In the order of `KLIEG_BRDF_...`.
-const BRDFS: [Brdf; 2] = [Brdf::BlinnPhong, Brdf::Gltf];
+const BRDFS: [Brdf; 3] = [Brdf::BlinnPhong, Brdf::Gltf, Brdf::GltfScattering];
 
 fn c_shading(profile: &Profile) -> klieg_shading {
     let Shading { brdf, ambient, dielectric, max_shininess } = (profile.shading)();
     let brdf = match brdf {
         Brdf::BlinnPhong => KLIEG_BRDF_BLINN_PHONG,
         Brdf::Gltf => KLIEG_BRDF_GLTF,
+        Brdf::GltfScattering => KLIEG_BRDF_GLTF_SCATTERING,
     };
     klieg_shading { brdf, ambient, dielectric, max_shininess }
 }

@@ -79,6 +79,8 @@ enum Reflection {
     BlinnPhong,
     /// As glTF 2.0 has it and its viewers show it: Lambert under GGX
     Gltf,
+    /// The same with what rough surfaces scatter more than once, as path tracers and viewers have it
+    GltfScattering,
 }
 
 impl From<Reflection> for Brdf {
@@ -86,6 +88,7 @@ impl From<Reflection> for Brdf {
         match reflection {
             Reflection::BlinnPhong => Self::BlinnPhong,
             Reflection::Gltf => Self::Gltf,
+            Reflection::GltfScattering => Self::GltfScattering,
         }
     }
 }

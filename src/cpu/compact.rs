@@ -149,7 +149,8 @@ impl Pixels {
         for (i, &at) in self.at.iter().enumerate() {
             let (group, lane, at) = (&mut colors[i / LANES], i % LANES, at as usize);
             let looks = maps.reflectance(shading, at);
-            let Coefficients { diffuse, specular, lobe } = looks.coefficients(shading.brdf);
+            let Coefficients { diffuse, specular, lobe } =
+                looks.coefficients(shading.brdf, self.groups[i / LANES].facing[lane]);
             group.lobe[lane] = lobe;
             for channel in 0..3 {
                 group.diffuse[channel][lane] = diffuse[channel];

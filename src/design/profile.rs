@@ -106,8 +106,8 @@ fn natural_objective() -> Objective {
         ("detail", 0.25),
         ("range", 0.10),
         ("burnt", 0.25),
-        ("unlit", 0.15),
-        ("relief", 0.15),
+        ("unlit", 0.25),
+        ("relief", 0.20),
         ("direction", 0.10),
         ("outline", 0.10),
     ]);
@@ -119,7 +119,7 @@ fn natural_objective() -> Objective {
 }
 
 fn natural_shading() -> Shading {
-    Shading { brdf: Brdf::Gltf, ambient: 0.0, ..Shading::default() }
+    Shading { brdf: Brdf::GltfScattering, ambient: 0.0, ..Shading::default() }
 }
 
 /// Fill and rim are told relative to the key, so that no search puts two lights in one place. Every light
@@ -170,7 +170,7 @@ mod tests {
         let Objective { weights, mean_target, .. } = (NATURAL.objective)();
         assert_eq!((weights.iter().count(), mean_target), (10, MeanTarget::Scene));
         let (all, counted) = (weights, (NATURAL.objective)().measured());
-        for (weights, sum) in [(all, 1.45), (counted, 1.35)] {
+        for (weights, sum) in [(all, 1.6), (counted, 1.5)] {
             assert!((weights.values().sum::<f32>() - sum).abs() < 1e-6, "{weights:?}");
         }
         let genome = NATURAL.genome().unwrap();

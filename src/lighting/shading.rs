@@ -5,6 +5,9 @@
 use super::LightRecord;
 use crate::Result;
 pub use crate::constants::MIN_ROUGHNESS;
+use crate::constants::{
+    BRDF_GLTF_SCATTERING, SCATTERED_LEAST, SCATTERING_0, SCATTERING_1, SCATTERING_2,
+};
 use crate::error::within;
 use crate::math::color::luminance;
 use glam::Vec3;
@@ -21,6 +24,26 @@ pub enum Brdf {
     /// height-correlated Smith masking-shadowing function, Schlick's Fresnel term, and Lambert below the
     /// dielectric's surface.
     Gltf,
+    /// The same with what rough surfaces scatter more than once, as path tracers and viewers add it to the
+    /// specification: the specular part is multiplied with `1 + F0·(1/E − 1)`, `E` the share that a white metal
+    /// reflects at once (Turquin 2019, *Practical multiple scattering compensation for microfacet models*).
+    GltfScattering,
+}
+
+impl Brdf {
+    /// Its number in shaders.
+    pub fn number(self) -> u32 {
+        match self {
+            Self::BlinnPhong => 0,
+            Self::Gltf => 1,
+            Self::GltfScattering => BRDF_GLTF_SCATTERING,
+        }
+    }
+
+    /// Whether it is that of glTF, in either form.
+    pub fn is_gltf(self) -> bool {
+        self != Self::BlinnPhong
+    }
 }
 
 /// The shading model.
@@ -75,11 +98,16 @@ pub struct Coefficients {
 }
 
 impl Reflectance {
-    /// What `brdf` is computed from.
-    pub fn coefficients(&self, brdf: Brdf) -> Coefficients {
+    /// What `brdf` is computed from, seen at the cosine `n_v` from the normal.
+    pub fn coefficients(&self, brdf: Brdf, n_v: f32) -> Coefficients {
         let (diffuse, specular, lobe) = match brdf {
             Brdf::BlinnPhong => (self.diffuse, self.specular, 0.5 * self.shininess),
             Brdf::Gltf => (self.covered, self.normal_incidence, self.alpha * self.alpha),
+            Brdf::GltfScattering => {
+                let f0 = self.normal_incidence;
+                let more = 1.0 / scattered_once(self.alpha.sqrt(), n_v.max(0.0)) - 1.0;
+                (self.covered, f0 + f0 * f0 * more, self.alpha * self.alpha)
+            }
         };
         Coefficients { diffuse, specular, lobe }
     }
@@ -175,13 +203,24 @@ impl Shading {
         let received = radiance * n_l;
         let (diffuse, specular) = match self.brdf {
             Brdf::BlinnPhong => blinn_phong(at, l, looks),
-            Brdf::Gltf => gltf(at, l, n_l, looks),
+            Brdf::Gltf | Brdf::GltfScattering => gltf(at, l, n_l, looks, self.brdf),
         };
         Response {
             radiance: received * (diffuse * light.diffuse + specular * light.specular),
             irradiance: luminance(received) * light.diffuse,
         }
     }
+}
+
+/// What microfacets of a perceptual roughness reflect at once of the light that a white metal reflects, seen at
+/// the cosine `n_v` from the normal.
+fn scattered_once(roughness: f32, n_v: f32) -> f32 {
+    let powers = Vec3::new(1.0, n_v, n_v * n_v);
+    let of = |row: [f32; 3]| Vec3::from(row).dot(powers);
+    let by_roughness = Vec3::new(of(SCATTERING_0), of(SCATTERING_1), of(SCATTERING_2));
+    let square = roughness * roughness;
+    let lost = square * by_roughness.dot(Vec3::new(1.0, roughness, square));
+    (1.0 - lost).clamp(SCATTERED_LEAST, 1.0)
 }
 
 /// Lambert's and Blinn-Phong's reflectances, both times π.
@@ -193,13 +232,14 @@ fn blinn_phong(at: &Place, l: Vec3, looks: &Reflectance) -> (Vec3, Vec3) {
 /// Both parts of the BRDF of glTF 2.0, appendix B.3, times π. Metal and dielectric share the distribution of
 /// their microfacets, so that mixing their reflectances is mixing them; what the dielectric's surface lets
 /// pass does not depend on the metal.
-fn gltf(at: &Place, l: Vec3, n_l: f32, looks: &Reflectance) -> (Vec3, Vec3) {
+fn gltf(at: &Place, l: Vec3, n_l: f32, looks: &Reflectance, brdf: Brdf) -> (Vec3, Vec3) {
     let (n, v) = (at.normal, at.to_viewer);
     let h = (l + v).normalize_or_zero();
     let alpha2 = looks.alpha * looks.alpha;
     let (n_v, n_h) = (n.dot(v).max(1e-4), n.dot(h).max(0.0));
     let grazing = (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5);
-    let fresnel = looks.normal_incidence + (Vec3::ONE - looks.normal_incidence) * grazing;
+    let f0 = looks.coefficients(brdf, n.dot(v)).specular;
+    let fresnel = f0 + (Vec3::ONE - f0) * grazing;
     // (n·h)²·(α² − 1) + 1, by way of the sine: it keeps the precision that 1 − cosine² would lose.
     let spread = n_h * n_h * alpha2 + n.cross(h).length_squared();
     let distribution = alpha2 / (spread * spread);
@@ -248,6 +288,19 @@ mod tests {
             let (found, expected) = (seen(metallic), seen(0.0).lerp(seen(1.0), metallic));
             assert!(found.abs_diff_eq(expected, 1e-6), "{metallic}: {found}, not {expected}");
         }
+    }
+
+    /// The exact share at the roughness 1, seen at normal incidence, is 1 − ln 2.
+    #[test]
+    fn rough_metals_get_back_what_they_scatter_more_than_once() {
+        let exact = [(1.0, 1.0, 1.0 - 2f32.ln()), (0.5, 1.0, 0.9156), (0.5, 0.3, 0.838)];
+        for (roughness, n_v, share) in exact {
+            let found = scattered_once(roughness, n_v);
+            assert!((found - share).abs() < 0.03, "{roughness} {n_v}: {found}, not {share}");
+        }
+        let white = Shading::default().reflectance(Vec3::ONE, 1.0, 1.0, Vec3::ZERO);
+        let seen = |brdf| white.coefficients(brdf, 1.0).specular.x;
+        assert!(seen(Brdf::GltfScattering) > 3.0 * seen(Brdf::Gltf));
     }
 
     #[test]

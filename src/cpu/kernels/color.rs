@@ -71,11 +71,11 @@ pub(super) fn color_in_lanes(
             });
             let surface = (groups, colors, first);
             for light in rig {
-                match (brdf, light.radius2 > 0.0) {
-                    (Brdf::BlinnPhong, true) => add::<false, true>(surface, casting, light, room),
-                    (Brdf::BlinnPhong, false) => add::<false, false>(surface, casting, light, room),
-                    (Brdf::Gltf, true) => add::<true, true>(surface, casting, light, room),
-                    (Brdf::Gltf, false) => add::<true, false>(surface, casting, light, room),
+                match (brdf.is_gltf(), light.radius2 > 0.0) {
+                    (false, true) => add::<false, true>(surface, casting, light, room),
+                    (false, false) => add::<false, false>(surface, casting, light, room),
+                    (true, true) => add::<true, true>(surface, casting, light, room),
+                    (true, false) => add::<true, false>(surface, casting, light, room),
                 }
             }
             let (pictures, irradiances) = planes.split_at_mut(stride);

@@ -121,7 +121,11 @@ impl PictureStage for ForwardDraw {
         let plain = ("forward", [shaders::FORWARD_VERT, shaders::FORWARD_FRAG]);
         let colored = ("forward_color", [shaders::FORWARD_COLOR_VERT, shaders::FORWARD_COLOR_FRAG]);
         let (stem, shaders) = if self.color.is_some() { colored } else { plain };
-        let constants = population::draw_constants(rigs, self.color);
+        let mut constants = population::draw_constants(rigs, self.color);
+        if let Some(color) = self.color {
+            // This shader makes the reflectances too, which differ between the two forms of glTF's.
+            constants[1] = color.brdf.number();
+        }
         let pipeline = GraphicsPipeline {
             stem,
             shaders,

@@ -233,7 +233,9 @@ impl ViewMemory {
         let upload = |record: &Vec<[f32; 4]>| Buffer::of(context, "record upload", record, source);
         let records = [upload(a)?, upload(b)?, upload(c)?];
         let colors = match memory.color {
-            Some(_) => records::colors(maps, shading).iter().map(upload).collect::<Result<_>>()?,
+            Some(_) => {
+                records::colors(maps, view, shading).iter().map(upload).collect::<Result<_>>()?
+            }
             None => Vec::new(),
         };
         let statistics = Buffer::of(context, "statistics upload", &[statistics], source)?;

@@ -12,6 +12,7 @@ use crate::gpu::vulkan::pipeline::Pipeline;
 use crate::lighting::shading::{Brdf, Coefficients, Shading};
 use crate::math::color::luminance;
 use crate::objective::maps::Maps;
+use crate::scene::view::View;
 use ash::vk;
 use glam::Vec3;
 use std::sync::Arc;
@@ -33,8 +34,8 @@ impl Records {
             Pipeline::compute(context, stem, spirv, &view.layout, constants)
         };
         let colors = |color: Coloring| {
-            let [gltf, side, _] = color.constants(false);
-            stage("colors", shaders::COLORS_COMP, &[x, y, gltf, side])
+            let constants = [x, y, color.brdf.number(), color.shadow_side];
+            stage("colors", shaders::COLORS_COMP, &constants)
         };
         Ok(Self {
             reflectance: stage("reflectance", shaders::REFLECTANCE_COMP, &PIXEL_GROUP)?,
@@ -67,7 +68,7 @@ pub struct Coloring {
 impl Coloring {
     /// The specialisation constants `GLTF`, `SHADOW_SIDE` and `NEAR_LIGHTS` of shaders.
     pub fn constants(self, near: bool) -> [u32; 3] {
-        [(self.brdf == Brdf::Gltf).into(), self.shadow_side, near.into()]
+        [self.brdf.is_gltf().into(), self.shadow_side, near.into()]
     }
 }
 
@@ -91,7 +92,7 @@ pub fn records(maps: &Maps, shading: &Shading) -> Texels<3> {
 
 /// The records for shading in colour, as the stage `colors` makes them, with the target picture: three, and
 /// with shadows four.
-pub fn colors(maps: &Maps, shading: &Shading) -> Vec<Vec<[f32; 4]>> {
+pub fn colors(maps: &Maps, view: &View, shading: &Shading) -> Vec<Vec<[f32; 4]>> {
     let mut records = vec![Vec::new(); if maps.shadows.is_some() { 4 } else { 3 }];
     for at in 0..maps.types.len() {
         if let Some(shadows) = &maps.shadows {
@@ -100,7 +101,9 @@ pub fn colors(maps: &Maps, shading: &Shading) -> Vec<Vec<[f32; 4]>> {
             records[3].push([x, y, z, open]);
         }
         let looks = maps.reflectance(shading, at);
-        let Coefficients { diffuse, specular, lobe } = looks.coefficients(shading.brdf);
+        let (p, n) = (Vec3::from(maps.surface.position[at]), Vec3::from(maps.surface.normal[at]));
+        let n_v = n.dot(view.towards_viewer(p));
+        let Coefficients { diffuse, specular, lobe } = looks.coefficients(shading.brdf, n_v);
         let target = maps.target.get(at).copied().unwrap_or(NO_TARGET);
         records[0].push(diffuse.extend(lobe).to_array());
         records[1].push(specular.extend(maps.normal_gradient[at]).to_array());
@@ -124,7 +127,7 @@ mod tests {
         let weights = Terms::named([("burnt", 1.0)]).unwrap();
         let objective = Objective { weights, ..Objective::default() };
         assert_eq!(objective.needs(), Needs::CHANNELS);
-        for brdf in [Brdf::BlinnPhong, Brdf::Gltf] {
+        for brdf in [Brdf::BlinnPhong, Brdf::Gltf, Brdf::GltfScattering] {
             let shading = Shading { brdf, ..Shading::default() };
             let uploaded =
                 ViewMemory::with_maps(&context, &maps, &view, &objective, &shading, Lights::Plain)
