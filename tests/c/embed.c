@@ -187,7 +187,8 @@ static void judge(const klieg_context *context, const klieg_scene *scene) {
                                             &evaluator));
     name[0] = 'x';
     CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
-    EXPECT(strcmp(quality.terms[0].name, "hist") == 0 && quality.terms[0].value == quality.score);
+    EXPECT(strcmp(quality.terms[0].name, "hist") == 0);
+    EXPECT(fabsf(quality.terms[0].value - quality.score) < 1e-6f);
     klieg_evaluator_destroy(evaluator);
 
     REFUSE(NULL, klieg_objective_set_weight(&objective, "range", 1.0f), KLIEG_ERROR_ARGUMENT,
