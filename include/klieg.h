@@ -857,16 +857,16 @@ typedef struct klieg_term {
     float value;
 } klieg_term;
 
-// Settings of the quality function. The defaults are those of the profile "paper".
+// Settings of the quality function. The defaults are those of the profile "natural".
 typedef struct klieg_objective {
-    // Weight of each term, 0 or more, not all 0; terms that are not there do not count. By default the
-    // paper's five terms "edge", "mean", "grad", "var" and "hist" have 0.2 each, so that scores lie in
-    // 0..1. `klieg_objective_set_weight` changes one. Names that are not there are refused where an
+    // Weight of each term, 0 or more, not all 0; terms that are not there do not count. By default those of
+    // ten terms, which do not sum to 1; "paper" gives 0.2 to each of "edge", "mean", "grad", "var" and
+    // "hist", so that its scores lie in 0..1. `klieg_objective_set_weight` changes one. Names that are not there are refused where an
     // evaluator is made, with the known ones in the message.
     struct klieg_term weights[KLIEG_MAX_TERMS];
     // How many of `weights` there are.
     uint32_t weight_count;
-    // Mean brightness aimed at, sRGB-encoded, 0..1, or `KLIEG_MEAN_TARGET_SCENE`; by default 0.5.
+    // Mean brightness aimed at, sRGB-encoded, 0..1, or `KLIEG_MEAN_TARGET_SCENE`, the default.
     float mean_target;
     // Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel, above 0;
     // by default 0.06.
@@ -884,11 +884,11 @@ typedef struct klieg_objective {
 // How surfaces reflect: one of `KLIEG_BRDF_...`.
 typedef int32_t klieg_brdf;
 
-// klieg's own shading, which levels 1 and 2 use. The defaults are those of the profile "paper".
+// klieg's own shading, which levels 1 and 2 use. The defaults are those of the profile "natural".
 typedef struct klieg_shading {
-    // How surfaces reflect; by default Blinn-Phong.
+    // How surfaces reflect; by default as glTF has it.
     klieg_brdf brdf;
-    // Share of the base colour that is seen without any light, 0 or more; by default 0.03.
+    // Share of the base colour that is seen without any light, 0 or more; by default 0.
     float ambient;
     // Specular reflectance of dielectrics at normal incidence, 0..1; by default 0.04.
     float dielectric;
@@ -896,9 +896,9 @@ typedef struct klieg_shading {
     float max_shininess;
 } klieg_shading;
 
-// Shadows of a scene that klieg draws itself. The defaults are those of the profile "paper".
+// Shadows of a scene that klieg draws itself. The defaults are those of the profile "natural".
 typedef struct klieg_shadows {
-    // 1 where lights cast shadows; 0, the default, where they do not.
+    // 1, the default, where lights cast shadows; 0 where they do not.
     uint32_t on;
     // Directions along a side of the map in which each pixel is looked at, an odd number, 3..63; by default 31.
     uint32_t side;
@@ -934,7 +934,8 @@ typedef struct klieg_term_info {
 
 // A full set of defaults that settings start from, by its name.
 typedef struct klieg_profile_info {
-    // Its name, as `klieg_objective_profile`, `klieg_shading_profile` and `klieg_design_profile` take it.
+    // Its name, as `klieg_objective_profile`, `klieg_shading_profile`, `klieg_shadows_profile` and
+    // `klieg_design_profile` take it.
     const char *name;
     // What it is, in English.
     const char *meaning;
@@ -1159,7 +1160,8 @@ typedef struct klieg_engine_camera {
 #define KLIEG_NORMAL_CODE_OCTAHEDRAL_UNSIGNED 3
 
 // Makes an evaluator of level 2, for surfaces of `width` by `height` pixels. Before the first view its
-// picture is empty. `objective` and `shading` may be `NULL`, for the defaults. Any thread.
+// picture is empty. `objective` and `shading` may be `NULL`, for the defaults. Lights cast no shadows. Any
+// thread.
 //
 // `KLIEG_ERROR_ARGUMENT` for a picture larger than the device can take.
 klieg_status klieg_evaluator_of_surface(const klieg_context *context,
@@ -1233,10 +1235,11 @@ typedef int32_t klieg_channels;
 
 // Makes an evaluator of level 3, for pictures of `width` by `height` pixels. It needs a surface and a view
 // of it as level 2 does (`klieg_surface_create`, `klieg_evaluator_record_view`): before the first view
-// its picture is empty. `objective` may be `NULL`, for the defaults without the terms that need the
-// irradiance, which pictures do not tell. Any thread.
+// its picture is empty. `objective` may be `NULL`, for the defaults. Pictures do not tell the irradiance: terms
+// that need it do not count where their weights are those of the defaults. Any thread.
 //
-// `KLIEG_ERROR_ARGUMENT` for an objective with such terms, and for a picture larger than the device can take.
+// `KLIEG_ERROR_ARGUMENT` for such terms with other weights above 0, and for a picture larger than the device can
+// take.
 klieg_status klieg_evaluator_of_pictures(const klieg_context *context,
                                          uint32_t width,
                                          uint32_t height,
@@ -1317,7 +1320,7 @@ typedef struct klieg_role_box {
     float color[3];
 } klieg_role_box;
 
-// What a designer looks for, and how. The defaults are those of the profile "paper".
+// What a designer looks for, and how. The defaults are those of the profile "natural".
 // `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and `first`, which it makes empty.
 typedef struct klieg_design {
     // The role of each light.
@@ -1326,15 +1329,17 @@ typedef struct klieg_design {
     uint32_t lights;
     // Kind of all lights; by default point lights.
     klieg_light_kind kind;
-    // Intensities of each light: 2, the default, for a diffuse and a specular one that are free of each
-    // other; 1 for one, as lamps have, in the range `diffuse` of its role.
+    // Intensities of each light: 1, the default, for one, as lamps have, in the range `diffuse` of its role; 2
+    // for a diffuse and a specular one that are free of each other.
     uint32_t intensities;
-    // What key lights may be; by default elevation 0..90, azimuth -90..90, intensities 0..2, distance
-    // 1.5..5.
+    // What key lights may be; by default elevation 0..90, azimuth -90..90, intensity 0..6, distance 1.5..5,
+    // softness 4.
     struct klieg_role_box key;
-    // What fill lights may be; by default as key lights, but for elevation -30..90 and intensities 0..1.
+    // What fill lights may be; by default as key lights, but for elevation -10..45, azimuth 20..110 from the
+    // key's and 0.05..0.6 of its intensity.
     struct klieg_role_box fill;
-    // What rim lights may be; by default as fill lights, but for azimuth 100..260.
+    // What rim lights may be; by default as key lights, but for elevation 10..80, azimuth 110..250 and
+    // 0.1..1.5 of the key's intensity.
     struct klieg_role_box rim;
     // How the lights are searched: `"ga"`, the genetic algorithm, which `NULL` stands for; `"greedy"`, steepest
     // descents; `"restarts"`, such descents one after another; or `"random"`.
@@ -1394,8 +1399,8 @@ typedef struct klieg_progress {
     float worst;
 } klieg_progress;
 
-// Sets the defaults: a search without an end for point lights, with the paper's genetic algorithm. Any
-// thread.
+// Sets the defaults: a search without an end for point lights of the profile "natural", with the
+// paper's genetic algorithm. Any thread.
 klieg_status klieg_design_defaults(struct klieg_design *design);
 
 // As `klieg_design_defaults`, with the lights as the profile of that name has them. Any thread.

@@ -200,6 +200,18 @@ fn by_profile(context: &Arc<Context>, scene: &Scene, view: &View) -> Vec<String>
     lines
 }
 
+/// Judges by an objective; all else is the default profile's.
+fn with_defaults(
+    context: &Arc<Context>,
+    scene: &Scene,
+    view: &View,
+    objective: Objective,
+) -> GpuEvaluator {
+    let shadows = ShadowSettings { on: DEFAULT.shadows, ..ShadowSettings::default() };
+    let both = (objective, (DEFAULT.shading)());
+    GpuEvaluator::with_shadows(context, scene, view, both, &shadows).unwrap()
+}
+
 /// What `embed.c`, whose seed is [`SEED`], prints, by the Rust interface.
 fn expected(seed: u64) -> Vec<String> {
     let scene = tetrahedra();
@@ -207,8 +219,7 @@ fn expected(seed: u64) -> Vec<String> {
     let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, lens).unwrap();
     let view = View::new(&scene, camera, 96, 64).unwrap();
     let context = Context::new(&ContextOptions::default()).unwrap();
-    let (objective, shading) = ((DEFAULT.objective)(), (DEFAULT.shading)());
-    let mut evaluator = GpuEvaluator::new(&context, &scene, &view, objective, shading).unwrap();
+    let mut evaluator = with_defaults(&context, &scene, &view, (DEFAULT.objective)());
     let presets: Vec<_> = Preset::ALL
         .into_iter()
         .flat_map(|preset| quality_lines("preset", &mut evaluator, preset))
@@ -231,7 +242,7 @@ fn expected(seed: u64) -> Vec<String> {
     for (name, weight) in [("edge", 0.0), ("mean", 0.5), ("range", 0.25)] {
         other.weights.set(Term::named(name).unwrap(), weight).unwrap();
     }
-    let mut judge = GpuEvaluator::new(&context, &scene, &view, other, shading).unwrap();
+    let mut judge = with_defaults(&context, &scene, &view, other);
     lines.extend(quality_lines("judged", &mut judge, Preset::Headlight));
     lines.extend(by_profile(&context, &scene, &view));
     lines.extend(presets.clone());

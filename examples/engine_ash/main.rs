@@ -13,6 +13,7 @@ mod vulkan;
 mod world;
 
 use image::{Rgb, RgbImage};
+use klieg::design::profile::{PAPER, Profile};
 use klieg::design::{Designer, start};
 use klieg::evaluate::{Evaluator, Inspection};
 use klieg::glam::Vec3;
@@ -20,13 +21,11 @@ use klieg::gpu::{
     Context, ContextOptions, DeviceChoice, EngineImage, GpuEvaluator, ImportedSurface, Needs,
     ScoreTarget, SurfaceEvaluator, SurfaceImages, Tuning,
 };
-use klieg::lighting::genome::{Boxes, Genome};
+use klieg::lighting::genome::Genome;
 use klieg::lighting::presets::Preset;
-use klieg::lighting::shading::Shading;
-use klieg::lighting::{Light, LightKind, Population, Role};
+use klieg::lighting::{Light, Population, Role};
 use klieg::math::color::{luminance, srgb_decode, srgb_encode};
 use klieg::math::frame::Frame;
-use klieg::objective::Objective;
 use klieg::optimize::Settings;
 use klieg::rand::SeedableRng;
 use klieg::rand::rngs::StdRng;
@@ -43,6 +42,8 @@ use world::World;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
+/// The engine shades with Blinn-Phong and has no shadows, as this profile has it.
+const PROFILE: &Profile = &PAPER;
 const SIZE: [u32; 2] = [192, 144];
 const ROLES: [Role; 3] = [Role::Key, Role::Fill, Role::Rim];
 const SEED: u64 = 1;
@@ -81,7 +82,7 @@ fn run(messages: &Arc<Messages>, folder: &Path) -> Result<()> {
     let view = View::new(&scene, world::lens(&resting)?, SIZE[0], SIZE[1])?;
 
     // All that frames use of klieg's is declared before the renderer, which waits for them as it goes.
-    let (objective, shading) = (Objective::default(), Shading::default());
+    let (objective, shading) = ((PROFILE.objective)(), (PROFILE.shading)());
     let mut whole = GpuEvaluator::new(&context, &scene, &view, objective, shading)?;
     let mut seen = SurfaceEvaluator::new(&context, SIZE, objective, shading)?;
     let surface;
@@ -265,7 +266,7 @@ fn same_bits_on_a_device_of_its_own(
     let device = DeviceChoice::Name(context.report().info.name.clone());
     let options = ContextOptions { device, validation: true, ..Default::default() };
     let own = Context::new(&options)?;
-    let (objective, shading) = (Objective::default(), Shading::default());
+    let (objective, shading) = ((PROFILE.objective)(), (PROFILE.shading)());
     let mut klieg = GpuEvaluator::new(&own, scene, view, objective, shading)?;
     for (number, Measured { population, scores }) in measured.iter().enumerate() {
         let mut expected = vec![0.0; scores.len()];
@@ -324,7 +325,7 @@ fn better_than_the_headlight(
 }
 
 fn genome() -> Result<Genome> {
-    Ok(Genome::new(&ROLES, LightKind::POINT, &Boxes::default())?)
+    Ok(Genome::new(&ROLES, PROFILE.kind, &(PROFILE.boxes)())?)
 }
 
 fn designer(genome: Genome, first: Vec<f32>) -> Result<Designer> {

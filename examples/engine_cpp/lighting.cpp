@@ -93,8 +93,11 @@ void Lighting::make_scene_evaluator(const Scene& scene, const Camera& seen, VkEx
     klieg_camera through;
     ask(klieg_camera_from_view(view, KLIEG_LENS_PERSPECTIVE, seen.vertical_angle, seen.near, 0,
                                &through));
+    klieg_shadows shadows;
+    ask(klieg_shadows_defaults(&shadows));
+    shadows.on = 0; // as at level 2, which this is compared with
     ask(klieg_evaluator_of_scene(context.get(), made.get(), &through, size.width, size.height,
-                                 nullptr, nullptr, nullptr, out(scene_evaluator)));
+                                 nullptr, nullptr, &shadows, out(scene_evaluator)));
 }
 
 std::vector<float> Lighting::score_scene(const Rigs& rigs) {

@@ -7,13 +7,16 @@ use crate::world::Camera;
 use bytemuck::Zeroable;
 use glam::DVec3;
 use klieg::design::Designer;
-use klieg::lighting::genome::{Boxes, Genome};
-use klieg::lighting::{LightKind, LightRecord, Role};
+use klieg::design::profile::{PAPER, Profile};
+use klieg::lighting::genome::Genome;
+use klieg::lighting::{LightRecord, Role};
 use klieg::math::frame::Frame;
 use klieg::optimize::{GeneticSettings, Settings};
 use klieg::scene::engine::EngineCamera;
 use std::path::Path;
 
+/// The engine shades with Blinn-Phong and has no shadows, as this profile has it.
+pub const PROFILE: &Profile = &PAPER;
 /// Width and height of all pictures, pixels.
 pub const SIZE: [u32; 2] = [254, 190];
 /// Rigs of a generation.
@@ -68,7 +71,7 @@ impl Stage<'_> {
 /// A search from lights in the middle of their ranges.
 pub fn designer() -> Result<Designer> {
     let roles: [Role; LIGHTS] = [Role::Key, Role::Fill, Role::Rim];
-    let genome = Genome::new(&roles, LightKind::POINT, &Boxes::default())?;
+    let genome = Genome::new(&roles, PROFILE.kind, &(PROFILE.boxes)())?;
     let genetic = GeneticSettings { population: RIGS as usize, ..GeneticSettings::endless() };
     let settings = Settings { genetic, ..Settings::default() };
     Ok(Designer::new(genome, "ga", &settings, None, 1)?)

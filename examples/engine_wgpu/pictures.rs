@@ -1,7 +1,7 @@
 //! klieg judges the engine's own pictures: the engine draws the world under every rig that klieg asks
 //! for, with its own lighting, and a frame is a generation.
 
-use crate::design::{self, FRAMES, RIGS, SIZE, Scored, Stage};
+use crate::design::{self, FRAMES, PROFILE, RIGS, SIZE, Scored, Stage};
 use crate::renderer::LIGHTS;
 use crate::{Result, handover, picture, surface};
 use ash::vk;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// Designs over some frames. Returns the scores of the last generation by klieg, and by the plain stages
 /// on the pictures that were read back.
 pub fn design(stage: &Stage<'_>, context: &Arc<Context>) -> Result<Vec<Scored>> {
-    let (gpu, renderer, objective) = (stage.gpu, stage.renderer, Objective::default());
+    let (gpu, renderer, objective) = (stage.gpu, stage.renderer, (PROFILE.objective)());
     let mut klieg = PictureEvaluator::new(context, SIZE, objective)?;
     klieg.reserve(RIGS)?;
     let layout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;

@@ -1,7 +1,7 @@
 //! klieg lights the engine's surface by itself: it is given the G-buffer of every frame, and
 //! measures several generations of rigs against it.
 
-use crate::design::{self, FRAMES, RIGS, SIZE, Scored, Stage};
+use crate::design::{self, FRAMES, PROFILE, RIGS, SIZE, Scored, Stage};
 use crate::renderer::{GBuffer, LIGHTS, Target};
 use crate::world::BALLS;
 use crate::{Result, handover};
@@ -26,7 +26,7 @@ const MORE: usize = 2;
 
 /// Designs over some frames. Returns the scores of the last generation by both evaluators.
 pub fn design(stage: &Stage<'_>, context: &Arc<Context>) -> Result<Vec<Scored>> {
-    let (gpu, objective, shading) = (stage.gpu, Objective::default(), Shading::default());
+    let (gpu, objective, shading) = (stage.gpu, (PROFILE.objective)(), (PROFILE.shading)());
     let mut klieg = SurfaceEvaluator::new(context, SIZE, objective, shading)?;
     klieg.evaluator().reserve(RIGS, LIGHTS)?;
     let images = images(&stage.renderer.gbuffer)?;

@@ -37,7 +37,7 @@ pub struct klieg_role_box {
     pub color: [f32; 3],
 }
 
-/// What a designer looks for, and how. The defaults are those of the profile "paper".
+/// What a designer looks for, and how. The defaults are those of the profile "natural".
 /// `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and `first`, which it makes empty.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -48,15 +48,17 @@ pub struct klieg_design {
     pub lights: u32,
     /// Kind of all lights; by default point lights.
     pub kind: klieg_light_kind,
-    /// Intensities of each light: 2, the default, for a diffuse and a specular one that are free of each
-    /// other; 1 for one, as lamps have, in the range `diffuse` of its role.
+    /// Intensities of each light: 1, the default, for one, as lamps have, in the range `diffuse` of its role; 2
+    /// for a diffuse and a specular one that are free of each other.
     pub intensities: u32,
-    /// What key lights may be; by default elevation 0..90, azimuth -90..90, intensities 0..2, distance
-    /// 1.5..5.
+    /// What key lights may be; by default elevation 0..90, azimuth -90..90, intensity 0..6, distance 1.5..5,
+    /// softness 4.
     pub key: klieg_role_box,
-    /// What fill lights may be; by default as key lights, but for elevation -30..90 and intensities 0..1.
+    /// What fill lights may be; by default as key lights, but for elevation -10..45, azimuth 20..110 from the
+    /// key's and 0.05..0.6 of its intensity.
     pub fill: klieg_role_box,
-    /// What rim lights may be; by default as fill lights, but for azimuth 100..260.
+    /// What rim lights may be; by default as key lights, but for elevation 10..80, azimuth 110..250 and
+    /// 0.1..1.5 of the key's intensity.
     pub rim: klieg_role_box,
     /// How the lights are searched: `"ga"`, the genetic algorithm, which `NULL` stands for; `"greedy"`, steepest
     /// descents; `"restarts"`, such descents one after another; or `"random"`.
@@ -102,8 +104,8 @@ pub struct klieg_design {
     pub seed: u64,
 }
 
-/// Sets the defaults: a search without an end for point lights, with the paper's genetic algorithm. Any
-/// thread.
+/// Sets the defaults: a search without an end for point lights of the profile "natural", with the
+/// paper's genetic algorithm. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_design_defaults(design: *mut klieg_design) -> klieg_status {
     // SAFETY: the caller's pointer.

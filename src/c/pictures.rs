@@ -34,10 +34,11 @@ pub const KLIEG_CHANNELS_RED: klieg_channels = 1;
 
 /// Makes an evaluator of level 3, for pictures of `width` by `height` pixels. It needs a surface and a view
 /// of it as level 2 does (`klieg_surface_create`, `klieg_evaluator_record_view`): before the first view
-/// its picture is empty. `objective` may be `NULL`, for the defaults without the terms that need the
-/// irradiance, which pictures do not tell. Any thread.
+/// its picture is empty. `objective` may be `NULL`, for the defaults. Pictures do not tell the irradiance: terms
+/// that need it do not count where their weights are those of the defaults. Any thread.
 ///
-/// `KLIEG_ERROR_ARGUMENT` for an objective with such terms, and for a picture larger than the device can take.
+/// `KLIEG_ERROR_ARGUMENT` for such terms with other weights above 0, and for a picture larger than the device can
+/// take.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_evaluator_of_pictures(
     context: *const klieg_context,

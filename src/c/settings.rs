@@ -66,7 +66,8 @@ pub struct klieg_quality {
 /// A full set of defaults that settings start from, by its name.
 #[repr(C)]
 pub struct klieg_profile_info {
-    /// Its name, as `klieg_objective_profile`, `klieg_shading_profile` and `klieg_design_profile` take it.
+    /// Its name, as `klieg_objective_profile`, `klieg_shading_profile`, `klieg_shadows_profile` and
+    /// `klieg_design_profile` take it.
     pub name: *const c_char,
     /// What it is, in English.
     pub meaning: *const c_char,
@@ -95,18 +96,18 @@ pub const KLIEG_BRDF_GLTF: klieg_brdf = 1;
 /// The same with what rough surfaces scatter more than once.
 pub const KLIEG_BRDF_GLTF_SCATTERING: klieg_brdf = 2;
 
-/// Settings of the quality function. The defaults are those of the profile "paper".
+/// Settings of the quality function. The defaults are those of the profile "natural".
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct klieg_objective {
-    /// Weight of each term, 0 or more, not all 0; terms that are not there do not count. By default the
-    /// paper's five terms "edge", "mean", "grad", "var" and "hist" have 0.2 each, so that scores lie in
-    /// 0..1. `klieg_objective_set_weight` changes one. Names that are not there are refused where an
+    /// Weight of each term, 0 or more, not all 0; terms that are not there do not count. By default those of
+    /// ten terms, which do not sum to 1; "paper" gives 0.2 to each of "edge", "mean", "grad", "var" and
+    /// "hist", so that its scores lie in 0..1. `klieg_objective_set_weight` changes one. Names that are not there are refused where an
     /// evaluator is made, with the known ones in the message.
     pub weights: [klieg_term; KLIEG_MAX_TERMS],
     /// How many of `weights` there are.
     pub weight_count: u32,
-    /// Mean brightness aimed at, sRGB-encoded, 0..1, or `KLIEG_MEAN_TARGET_SCENE`; by default 0.5.
+    /// Mean brightness aimed at, sRGB-encoded, 0..1, or `KLIEG_MEAN_TARGET_SCENE`, the default.
     pub mean_target: f32,
     /// Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel, above 0;
     /// by default 0.06.
@@ -121,13 +122,13 @@ pub struct klieg_objective {
     pub background: f32,
 }
 
-/// klieg's own shading, which levels 1 and 2 use. The defaults are those of the profile "paper".
+/// klieg's own shading, which levels 1 and 2 use. The defaults are those of the profile "natural".
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct klieg_shading {
-    /// How surfaces reflect; by default Blinn-Phong.
+    /// How surfaces reflect; by default as glTF has it.
     pub brdf: klieg_brdf,
-    /// Share of the base colour that is seen without any light, 0 or more; by default 0.03.
+    /// Share of the base colour that is seen without any light, 0 or more; by default 0.
     pub ambient: f32,
     /// Specular reflectance of dielectrics at normal incidence, 0..1; by default 0.04.
     pub dielectric: f32,
@@ -283,7 +284,7 @@ pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Outcome<
     Ok(objective)
 }
 
-/// As [`as_objective`]; of the defaults those terms that an engine's pictures tell.
+/// As [`as_objective`], without the terms that pictures do not tell where their weights are the defaults'.
 ///
 /// # Safety
 /// The same.
@@ -292,9 +293,9 @@ pub(super) unsafe fn as_objective_of_pictures(
 ) -> Outcome<Objective> {
     // SAFETY: the caller's promise.
     let mut given = unsafe { as_objective(objective) }?;
-    if objective.is_null() {
-        given.weights = given.weights.filter(|term| !term.needs.irradiance);
-    }
+    let (weights, defaults) = (given.weights, (profile::DEFAULT.objective)().weights);
+    let asked = |term: &Term| weights.get(term.name) != defaults.get(term.name);
+    given.weights = weights.filter(|term| !term.needs.irradiance || asked(term));
     Ok(given)
 }
 

@@ -8,11 +8,11 @@ use crate::design::profile::{self, Profile};
 use crate::objective::shadows::ShadowSettings;
 use std::ffi::c_char;
 
-/// Shadows of a scene that klieg draws itself. The defaults are those of the profile "paper".
+/// Shadows of a scene that klieg draws itself. The defaults are those of the profile "natural".
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct klieg_shadows {
-    /// 1 where lights cast shadows; 0, the default, where they do not.
+    /// 1, the default, where lights cast shadows; 0 where they do not.
     pub on: u32,
     /// Directions along a side of the map in which each pixel is looked at, an odd number, 3..63; by default 31.
     pub side: u32,

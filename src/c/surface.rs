@@ -120,7 +120,8 @@ pub struct klieg_engine_camera {
 }
 
 /// Makes an evaluator of level 2, for surfaces of `width` by `height` pixels. Before the first view its
-/// picture is empty. `objective` and `shading` may be `NULL`, for the defaults. Any thread.
+/// picture is empty. `objective` and `shading` may be `NULL`, for the defaults. Lights cast no shadows. Any
+/// thread.
 ///
 /// `KLIEG_ERROR_ARGUMENT` for a picture larger than the device can take.
 #[unsafe(no_mangle)]

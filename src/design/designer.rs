@@ -25,14 +25,13 @@ use std::time::{Duration, Instant};
 /// ```
 /// use glam::{DMat4, DVec3};
 /// use klieg::cpu::{self, CpuEvaluator};
-/// use klieg::design::Designer;
-/// use klieg::lighting::genome::{Boxes, Genome};
-/// use klieg::lighting::shading::Shading;
-/// use klieg::lighting::{LightKind, Role};
-/// use klieg::objective::Objective;
+/// use klieg::design::{Designer, profile};
+/// use klieg::objective::shadows::ShadowSettings;
 /// use klieg::optimize::Settings;
 /// use klieg::scene::build::{MeshData, SceneBuilder};
+/// use klieg::scene::occluders::Occluders;
 /// use klieg::scene::view::{Camera, Projection, View};
+/// use std::sync::Arc;
 ///
 /// // A tetrahedron, as an engine might hold it.
 /// let positions = [[1., 1., 1.], [-1., -1., 1.], [-1., 1., -1.], [1., -1., -1.]];
@@ -49,12 +48,15 @@ use std::time::{Duration, Instant};
 /// let lens = Projection::Perspective { yfov: 0.7 };
 /// let camera = Camera::look_at(DVec3::new(1.0, 2.0, 6.0), DVec3::ZERO, DVec3::Y, lens)?;
 /// let view = View::new(&scene, camera, 64, 64)?;
-/// let (objective, shading) = (Objective::default(), Shading::default());
-/// let maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
+/// let natural = profile::DEFAULT;
+/// let (objective, shading) = ((natural.objective)(), (natural.shading)());
+/// let mut maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
+/// let occluders = Arc::new(Occluders::new(&scene, &view)?);
+/// maps.shadows =
+///     Some(cpu::shadows::table(&maps.surface, occluders, &ShadowSettings::default()));
 /// let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading)?;
 ///
-/// let genome = Genome::new(&[Role::Key, Role::Fill], LightKind::POINT, &Boxes::default())?;
-/// let mut designer = Designer::new(genome, "ga", &Settings::endless(), None, 1)?;
+/// let mut designer = Designer::new(natural.genome()?, "ga", &Settings::endless(), None, 1)?;
 /// let first = designer.advance(&mut evaluator, 1)?;
 /// let later = designer.advance(&mut evaluator, 9)?;
 /// assert_eq!(later.generation, 10);

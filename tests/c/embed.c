@@ -118,6 +118,45 @@ static void list_terms(void) {
     EXPECT(count > 5 && count <= KLIEG_MAX_TERMS && klieg_term_at(UINT32_MAX) == NULL);
 }
 
+/* What NULL stands for is what the functions for the defaults give, at all levels. */
+static void judge_by_default(const klieg_context *context, const klieg_scene *scene) {
+    klieg_camera camera;
+    klieg_evaluator *by_default, *by_null, *of_pictures;
+    klieg_objective objective;
+    klieg_shading shading;
+    klieg_shadows shadows;
+    klieg_design design;
+    klieg_light rig[KLIEG_MAX_LIGHTS];
+    float scores[2];
+    uint32_t lights;
+    CHECK(NULL, klieg_objective_defaults(&objective));
+    CHECK(NULL, klieg_shading_defaults(&shading));
+    CHECK(NULL, klieg_shadows_defaults(&shadows));
+    CHECK(NULL, klieg_design_defaults(&design));
+    EXPECT(objective.weight_count == 10 && objective.mean_target == KLIEG_MEAN_TARGET_SCENE);
+    EXPECT(shading.brdf == KLIEG_BRDF_GLTF && shading.ambient == 0.0f && shadows.on);
+    EXPECT(design.intensities == 1 && design.fill.share_of_key && design.rim.share_of_key);
+    CHECK(NULL, klieg_camera_look_at(EYE, TARGET, UP, KLIEG_LENS_PERSPECTIVE, 0.7, &camera));
+    CHECK(NULL, klieg_preset_lights(KLIEG_PRESET_THREE_POINT, rig, COUNT(rig), &lights));
+    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, &objective, &shading,
+                                            &shadows, &by_default));
+    CHECK(context, klieg_evaluator_of_scene(context, scene, &camera, WIDTH, HEIGHT, NULL, NULL, NULL,
+                                            &by_null));
+    CHECK(by_default, klieg_evaluator_evaluate(by_default, rig, 1, lights, &scores[0]));
+    CHECK(by_null, klieg_evaluator_evaluate(by_null, rig, 1, lights, &scores[1]));
+    EXPECT(scores[0] == scores[1]);
+    klieg_evaluator_destroy(by_default);
+    klieg_evaluator_destroy(by_null);
+
+    CHECK(context, klieg_evaluator_of_pictures(context, 8, 8, NULL, &of_pictures));
+    klieg_evaluator_destroy(of_pictures);
+    CHECK(context, klieg_evaluator_of_pictures(context, 8, 8, &objective, &of_pictures));
+    klieg_evaluator_destroy(of_pictures);
+    CHECK(NULL, klieg_objective_set_weight(&objective, "unlit", 0.5f));
+    REFUSE(context, klieg_evaluator_of_pictures(context, 8, 8, &objective, &of_pictures),
+           KLIEG_ERROR_ARGUMENT, "irradiance");
+}
+
 /* Another objective than the default. */
 static void judge(const klieg_context *context, const klieg_scene *scene) {
     klieg_camera camera;
@@ -148,7 +187,8 @@ static void judge(const klieg_context *context, const klieg_scene *scene) {
                                             &evaluator));
     name[0] = 'x';
     CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
-    EXPECT(strcmp(quality.terms[0].name, "hist") == 0 && quality.terms[0].value == quality.score);
+    EXPECT(strcmp(quality.terms[0].name, "hist") == 0);
+    EXPECT(fabsf(quality.terms[0].value - quality.score) < 1e-6f);
     klieg_evaluator_destroy(evaluator);
 
     REFUSE(NULL, klieg_objective_set_weight(&objective, "range", 1.0f), KLIEG_ERROR_ARGUMENT,
@@ -194,7 +234,7 @@ static void judge_by_profile(const klieg_context *context, const klieg_scene *sc
     }
     CHECK(NULL, klieg_objective_profile(&objective, "natural"));
     CHECK(NULL, klieg_shading_profile(&shading, "natural"));
-    CHECK(NULL, klieg_shadows_defaults(&shadows));
+    CHECK(NULL, klieg_shadows_profile(&shadows, "paper"));
     EXPECT(!shadows.on && shadows.side == 31 && shadows.memory == 1024);
     CHECK(NULL, klieg_shadows_profile(&shadows, "natural"));
     EXPECT(shadows.on && shadows.side == 31);
@@ -547,6 +587,7 @@ int main(int count, char **arguments) {
     EXPECT(strcmp(klieg_scene_warnings(scene), "") == 0);
     klieg_evaluator *evaluator = make_evaluator(context, scene);
     list_terms();
+    judge_by_default(context, scene);
     judge(context, scene);
     judge_by_profile(context, scene);
     if (count == 1) {
