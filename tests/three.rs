@@ -134,11 +134,13 @@ impl Compared {
 
         let specification = self.difference(&gltf, &self.specification);
         let shipped = self.difference(&gltf, &self.shipped);
+        let scattering = self.difference(&self.picture(Brdf::GltfScattering), &self.shipped);
         let planted = self.difference(&self.picture(Brdf::BlinnPhong), &self.specification);
         println!(
-            "{name}: {specification:.5} from the specification, {shipped:.5} from three.js; \
-             Blinn-Phong: {planted:.5}"
+            "{name}: {specification:.5} from the specification, {shipped:.5} from three.js; with multiple \
+             scattering {scattering:.5} from three.js; Blinn-Phong: {planted:.5}"
         );
+        assert!(scattering < shipped, "{name}: {scattering} {shipped}");
         assert!(specification < AGREEMENT && shipped < most, "{name}: {specification} {shipped}");
         assert!(planted > 10.0 * AGREEMENT, "{name}: Blinn-Phong passes with {planted}");
     }
