@@ -124,3 +124,27 @@ fn an_unknown_profile_is_refused_with_the_known_ones() {
     let text = String::from_utf8(fault.get_output().stderr.clone()).unwrap();
     assert!(text.contains("k.toml") && text.contains("line 1"), "{text}");
 }
+
+#[test]
+fn shadows_are_a_choice_and_their_table_tells_where_it_is_coarse() {
+    let place = Folder::new();
+    let score = |arguments: &[&str]| {
+        let mut all =
+            vec!["score", "ball.gltf", "--preset", "three-point", "--size", "200x200", "--json"];
+        all.extend(arguments);
+        let output = place.klieg(&all).output().unwrap();
+        assert!(output.status.success());
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        (json["score"].as_f64().unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (with, quiet) = score(&[]);
+    let (without, _) = score(&["--shadows", "off"]);
+    assert!((with - without).abs() > 1e-6 && !quiet.contains("shadow table"), "{with} {without}");
+    let settings = place.path("coarse.toml");
+    std::fs::write(&settings, "[shadows]\nmemory = 1\n").unwrap();
+    let (_, told) = score(&["--config", settings.to_str().unwrap()]);
+    assert!(
+        told.contains("directions in place of 31x31") && told.contains("shadows.memory"),
+        "{told}"
+    );
+}

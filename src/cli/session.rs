@@ -13,6 +13,7 @@ use crate::gpu::GpuEvaluator;
 use crate::lighting::genome::Genome;
 use crate::lighting::{Light, Population, Rig};
 use crate::objective::Quality;
+use crate::objective::shadows::{ShadowSettings, Shadows};
 use crate::render::{BACKGROUND, Picture};
 use crate::report::exhibit::Studio;
 use crate::report::json::{Header, SceneLights, Timing};
@@ -149,6 +150,7 @@ impl Session {
         let view = view(&scene, &settings.view)?;
         let mut evaluator = evaluator_on(device, &scene, &view, &settings)?;
         sees(&mut evaluator, &scene, &view)?;
+        note_coarse_shadows(&mut evaluator, &settings.shadows)?;
         let kept = kept(&scene, &view, &settings)?;
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
         Ok(Self { scene, view, evaluator, settings, timing, kept, occluders: None, begin })
@@ -294,6 +296,20 @@ fn sees(evaluator: &mut Engine, scene: &Scene, view: &View) -> Result<()> {
         return Ok(());
     }
     Err(sees_nothing(scene, view).into())
+}
+
+/// Tells of a shadow table that has fewer directions than were asked for.
+fn note_coarse_shadows(evaluator: &mut Engine, settings: &ShadowSettings) -> Result<()> {
+    let asked = settings.side;
+    let side = evaluator.maps()?.shadows.as_ref().map_or(asked, Shadows::side);
+    if side < asked {
+        warn(&[format!(
+            "the shadow table has {side}x{side} directions in place of {asked}x{asked}, so as not to take more \
+             than {} MiB (shadows.memory): shadows are softer",
+            settings.memory
+        )]);
+    }
+    Ok(())
 }
 
 /// The fault of a picture without any object.
