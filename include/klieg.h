@@ -947,6 +947,9 @@ typedef struct klieg_profile_info {
 // As glTF 2.0 has it: Lambert under GGX.
 #define KLIEG_BRDF_GLTF 1
 
+// The same with what rough surfaces scatter more than once.
+#define KLIEG_BRDF_GLTF_SCATTERING 2
+
 // Makes an evaluator of level 1: of a finished scene, through a camera, at `width` by `height` pixels.
 // It draws the scene, and keeps nothing of it that the caller has. `objective`, `shading` and `shadows` may be
 // `NULL`, for the defaults. Any thread.
