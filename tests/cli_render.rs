@@ -58,8 +58,11 @@ fn a_lit_scene_is_drawn_as_it_was_designed() {
     assert_eq!(picture(&place, "head.png"), picture(&place, "out/headlight.png"));
     assert!(difference(&picture(&place, "head.png"), &best).0 > 1.0, "the comparison cannot fail");
     // Without shadows it is another picture.
-    render(&place, &["out/lit.glb", "--out", "free.png", "--shadows", "off"]);
-    assert_ne!(picture(&place, "free.png"), picture(&place, "new/lit.png"));
+    for (name, shadows) in [("shadowed.png", "on"), ("free.png", "off")] {
+        let rig = ["ball.gltf", "--preset", "three-point", "--out", name, "--shadows", shadows];
+        render(&place, &rig);
+    }
+    assert_ne!(picture(&place, "free.png"), picture(&place, "shadowed.png"));
 }
 
 #[test]

@@ -73,10 +73,10 @@ fn by_hand() -> Vec<(&'static str, Statistics, ViewStatistics, f32)> {
         ("range", picture(|p| p.variance = 0.01), view(), 0.5),
         ("range", picture(|p| p.variance = 0.09), view(), 0.0),
         ("burnt", picture(|p| p.burnt = 0.005), view(), 0.0),
-        ("burnt", picture(|p| p.burnt = 0.015), view(), 0.2),
+        ("burnt", picture(|p| p.burnt = 0.015), view(), 0.1),
         ("burnt", picture(|p| p.burnt = 0.5), view(), 1.0),
         ("unlit", picture(|_| ()), view(), 0.0),
-        ("unlit", picture(|p| p.unlit = 0.03), view(), 0.2),
+        ("unlit", picture(|p| p.unlit = 0.05), view(), 0.2),
         ("unlit", picture(|p| p.unlit = 0.4), view(), 1.0),
         // R² = 0.06²/0.24/0.1 = 0.15, and 0.02²/0.04/0.1 = 0.1: a quarter and a sixth of 0.6.
         ("relief", relief(0.1, [0.06, 0.0]), view(), 0.75),
@@ -164,7 +164,7 @@ fn only_what_terms_of_some_weight_need_is_measured() {
     assert_eq!(free, ["edge", "mean", "grad", "var", "hist", "range", "direction"]);
     objective.weights.set(Term::named("unlit").expect("a term"), 0.5).expect("room");
     assert!(objective.measured().names().any(|name| name == "relief"), "both need irradiance");
-    let quality = objective.quality(&picture(|p| (p.mean, p.unlit) = (0.5, 0.03)), &view());
+    let quality = objective.quality(&picture(|p| (p.mean, p.unlit) = (0.5, 0.05)), &view());
     close(quality.score.into(), 0.5 * 0.2, 1e-6);
     assert_eq!(quality.terms.names().count(), 9);
 }
