@@ -49,7 +49,8 @@ pub(super) fn shadow<const POINT: bool>(
     }
     let [fx, fy] = &places.within;
     for k in 0..LANES {
-        let [a, b, c, d] = taps.map(|tap| tap[k] as i32 as f32);
+        let (a, b) = (taps[0][k] as i32 as f32, taps[1][k] as i32 as f32);
+        let (c, d) = (taps[2][k] as i32 as f32, taps[3][k] as i32 as f32);
         let above = fx[k].mul_add(b - a, a);
         let below = fx[k].mul_add(d - c, c);
         received[k] *= fy[k].mul_add(below - above, above);

@@ -177,16 +177,15 @@ impl Beam {
         beam
     }
 
-    /// Whether any ray of the tile's box can meet the box of a node's eight numbers.
+    /// Whether any ray of the tile's box can meet a box, by its near and its far side along each axis.
     #[inline(always)]
-    fn reaches(&self, number: impl Fn(usize) -> f32) -> bool {
+    fn meets(&self, near: [f32; 3], far: [f32; 3]) -> bool {
         /// Rounding must not lose a hit on the border of a box.
         const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
         let (mut enter, mut leave) = ([0.0; 3], [0.0; 3]);
         for axis in 0..3 {
-            let (near, far) = (number(self.near[axis] & 7), number(self.far[axis] & 7));
-            enter[axis] = (near - self.last[axis]) * self.inverse[axis];
-            leave[axis] = (far - self.first[axis]) * self.inverse[axis];
+            enter[axis] = (near[axis] - self.last[axis]) * self.inverse[axis];
+            leave[axis] = (far[axis] - self.first[axis]) * self.inverse[axis];
         }
         let entered = larger(larger(enter[0], enter[1]), enter[2]);
         let left = smaller(smaller(leave[0], leave[1]), leave[2]) * WIDER;
@@ -230,8 +229,12 @@ fn trace_direction(
     }
     for (boxes, far) in surroundings.boxes.iter().zip(surroundings.far.chunks(BOXES)) {
         let mut reached = [0u32; BOXES];
-        for (lane, reached) in reached.iter_mut().enumerate() {
-            *reached = u32::from(beam.reaches(|number| boxes[number][lane]));
+        let [near_x, near_y, near_z] = [0, 1, 2].map(|axis| &boxes[beam.near[axis] & 7]);
+        let [far_x, far_y, far_z] = [0, 1, 2].map(|axis| &boxes[beam.far[axis] & 7]);
+        for lane in 0..BOXES {
+            let near = [near_x[lane], near_y[lane], near_z[lane]];
+            let far = [far_x[lane], far_y[lane], far_z[lane]];
+            reached[lane] = u32::from(beam.meets(near, far));
         }
         for (nodes, _) in far.iter().zip(reached).filter(|&(_, reached)| reached != 0) {
             if waiting == [0; LANES] {
@@ -258,7 +261,10 @@ fn walk(
     while at < nodes.end {
         let node = &occluders.nodes[at];
         let numbers: &[f32; 8] = bytemuck::cast_ref(node);
-        if !beam.reaches(|number| numbers[number]) {
+        let near =
+            [numbers[beam.near[0] & 7], numbers[beam.near[1] & 7], numbers[beam.near[2] & 7]];
+        let far = [numbers[beam.far[0] & 7], numbers[beam.far[1] & 7], numbers[beam.far[2] & 7]];
+        if !beam.meets(near, far) {
             at = node.skip as usize;
             continue;
         }
