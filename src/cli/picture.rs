@@ -8,7 +8,6 @@ use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
 use clap::Args;
-use std::sync::Arc;
 
 /// How final pictures are made.
 #[derive(Debug, Args)]
@@ -40,9 +39,8 @@ pub(super) fn occluders(
     scene: &Scene,
     view: &View,
     settings: &Settings,
-) -> Result<Option<Arc<Occluders>>> {
-    let make = || Occluders::new(scene, view).map(Arc::new);
-    settings.shadows.on.then(make).transpose()
+) -> Result<Option<Occluders>> {
+    settings.shadows.on.then(|| Occluders::new(scene, view)).transpose()
 }
 
 /// The final picture of a rig.

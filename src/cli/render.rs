@@ -55,7 +55,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<()> {
     let rig = lights(options, &scene, &view)?;
     let file = File::new(&options.scene, &options.out)?;
     let occluders = picture::occluders(&scene, &view, &settings)?;
-    let picture = picture::draw((&scene, &view), occluders.as_deref(), &settings, &rig)?;
+    let picture = picture::draw((&scene, &view), occluders.as_ref(), &settings, &rig)?;
     if picture.object == 0.0 {
         return Err(session::sees_nothing(&scene, &view).into());
     }

@@ -93,8 +93,6 @@ pub(super) struct Session {
     pub timing: Timing,
     /// The scene's own lights, where they are kept: they are part of every rig.
     kept: Rig,
-    /// What casts shadows in final pictures, once one was made.
-    occluders: Option<Arc<Occluders>>,
     /// When the scene was there.
     begin: Instant,
 }
@@ -153,7 +151,7 @@ impl Session {
         note_coarse_shadows(&mut evaluator, &settings.shadows)?;
         let kept = kept(&scene, &view, &settings)?;
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
-        Ok(Self { scene, view, evaluator, settings, timing, kept, occluders: None, begin })
+        Ok(Self { scene, view, evaluator, settings, timing, kept, begin })
     }
 
     /// The times of a design that is complete.
@@ -192,28 +190,14 @@ impl Session {
         Subject { scene: &self.scene, view: &self.view, evaluator: &mut *self.evaluator }
     }
 
-    /// What casts shadows in final pictures; nothing where the settings have none.
-    ///
-    /// # Errors
-    /// As [`picture::occluders`].
-    pub fn occluders(&mut self) -> Result<Option<Arc<Occluders>>> {
-        if self.occluders.is_none() {
-            let table = self.evaluator.maps()?.shadows.as_ref();
-            self.occluders = match table.filter(|_| self.settings.shadows.on) {
-                Some(table) => Some(Arc::clone(table.occluders())),
-                None => picture::occluders(&self.scene, &self.view, &self.settings)?,
-            };
-        }
-        Ok(self.occluders.clone())
-    }
-
     /// The final picture of a rig in a view of this scene through this camera.
     ///
     /// # Errors
     /// As [`picture::draw`].
     pub fn render(&mut self, view: &View, rig: &[Light]) -> Result<Picture> {
-        let occluders = self.occluders()?;
-        Ok(picture::draw((&self.scene, view), occluders.as_deref(), &self.settings, rig)?)
+        let shadows = self.evaluator.maps()?.shadows.as_ref();
+        let occluders = shadows.map(|shadows| &**shadows.occluders());
+        Ok(picture::draw((&self.scene, view), occluders, &self.settings, rig)?)
     }
 
     /// The picture of a rig as the search sees it, in colour.

@@ -1,6 +1,6 @@
 //! Colours of lights.
 
-use crate::math::color::{luminance, srgb_decode, srgb_encode};
+use crate::math::color::{luminance, of_hex, srgb_decode, srgb_encode};
 use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
@@ -104,13 +104,8 @@ impl FromStr for Color {
                 .ok_or_else(|| format!("'{text}' is not a temperature of {least} to {most} K"));
         }
         let fault = || format!("'{text}' is neither a temperature (5600K) nor a colour (#ffddaa)");
-        let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6).ok_or_else(fault)?;
-        if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-            return Err(fault());
-        }
-        let number = u32::from_str_radix(digits, 16).map_err(|_| fault())?;
-        let channel = |shift: u32| srgb_decode(((number >> shift) & 255) as f32 / 255.0);
-        Self::of_linear([16, 8, 0].map(channel))
+        let channels = of_hex(text).ok_or_else(fault)?;
+        Self::of_linear(channels.map(|channel| srgb_decode(f32::from(channel) / 255.0)))
             .ok_or_else(|| format!("'{text}' is black: a light needs a colour"))
     }
 }

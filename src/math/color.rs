@@ -32,6 +32,16 @@ pub fn srgb_decode(encoded: f32) -> f32 {
     }
 }
 
+/// Red, green and blue of the text `#rrggbb`, six hexadecimal digits; none of any other text.
+pub fn of_hex(text: &str) -> Option<[u8; 3]> {
+    let digits = text.strip_prefix('#')?;
+    if digits.len() != 6 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return None;
+    }
+    let [_, rgb @ ..] = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
+    Some(rgb)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

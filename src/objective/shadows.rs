@@ -155,11 +155,6 @@ impl Shadows {
         &self.blocks
     }
 
-    /// As [`Shadows::blocks`], to be filled.
-    pub(crate) fn blocks_mut(&mut self) -> &mut [u32] {
-        &mut self.blocks
-    }
-
     /// Of each object pixel the cosine-weighted share of the directions that light comes from, 0..=1.
     pub fn openness(&self) -> &[f32] {
         &self.openness
@@ -177,8 +172,18 @@ impl Shadows {
 
     /// A word of an object pixel.
     pub fn word(&self, number: usize, word: usize) -> u32 {
-        let first = number / BLOCK * words(self.side) + word;
-        self.blocks[first * BLOCK + number % BLOCK]
+        self.blocks[self.place_of(number, word)]
+    }
+
+    /// As [`Shadows::word`], to be filled.
+    pub(crate) fn word_mut(&mut self, number: usize, word: usize) -> &mut u32 {
+        let place = self.place_of(number, word);
+        &mut self.blocks[place]
+    }
+
+    /// Where a word of an object pixel stands in the blocks.
+    fn place_of(&self, number: usize, word: usize) -> usize {
+        (number / BLOCK * words(self.side) + word) * BLOCK + number % BLOCK
     }
 
     /// Whether light from direction `(x, y)` of the map comes to an object pixel.

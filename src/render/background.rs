@@ -1,6 +1,6 @@
 //! What stands behind the objects.
 
-use crate::math::color::{luminance, srgb_decode, srgb_encode};
+use crate::math::color::{luminance, of_hex, srgb_decode, srgb_encode};
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
@@ -67,13 +67,8 @@ impl FromStr for Background {
         if text == "transparent" {
             return Ok(Self::Transparent);
         }
-        let digits = text.strip_prefix('#').filter(|digits| {
-            digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit())
-        });
-        let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
         let fault = || format!("'{text}' is neither an sRGB colour (#3a3c42) nor transparent");
-        let [_, r, g, b] = number.ok_or_else(fault)?.to_be_bytes();
-        Ok(Self::Color([r, g, b]))
+        of_hex(text).map(Self::Color).ok_or_else(fault)
     }
 }
 

@@ -120,7 +120,9 @@ mod tests {
                 .map(|(low, high)| (0..LEN).map(|_| number(low, high)).collect());
             let object = std::iter::repeat_n(true, LEN);
             let mut shadows = Shadows::new(31, object, Arc::default());
-            shadows.blocks_mut().iter_mut().for_each(|word| *word = random.random());
+            for (pixel, word) in (0..LEN).flat_map(|pixel| (0..31).map(move |word| (pixel, word))) {
+                *shadows.word_mut(pixel, word) = random.random();
+            }
             Self { groups, rig, taps, colors, shaped, numbers, shadows }
         }
 

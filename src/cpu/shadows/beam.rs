@@ -5,7 +5,7 @@
 use super::{Direction, TILE};
 use crate::constants::OPAQUE;
 use crate::objective::maps::Surface;
-use crate::scene::occluders::{Node, Occluders, Plane, Triangle, inverse, leave};
+use crate::scene::occluders::{Node, Occluders, Plane, Triangle, WIDER, inverse, leave};
 use glam::Vec3;
 use multiversion::multiversion;
 use std::ops::Range;
@@ -180,8 +180,6 @@ impl Beam {
     /// Whether any ray of the tile's box can meet a box, by its near and its far side along each axis.
     #[inline(always)]
     fn meets(&self, near: [f32; 3], far: [f32; 3]) -> bool {
-        /// Rounding must not lose a hit on the border of a box.
-        const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
         let (mut enter, mut leave) = ([0.0; 3], [0.0; 3]);
         for axis in 0..3 {
             enter[axis] = (near[axis] - self.last[axis]) * self.inverse[axis];

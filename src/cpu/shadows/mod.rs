@@ -42,9 +42,8 @@ pub fn table(surface: &Surface, occluders: Arc<Occluders>, settings: &ShadowSett
         for (pixels, bits) in made {
             for (lane, &at) in pixels.iter().enumerate() {
                 if let Some(number) = shadows.number(at as usize) {
-                    let first = number / BLOCK * words(side) * BLOCK + number % BLOCK;
                     for (word, bits) in bits.chunks_exact(beam::LANES).enumerate() {
-                        shadows.blocks_mut()[first + word * BLOCK] = bits[lane];
+                        *shadows.word_mut(number, word) = bits[lane];
                     }
                 }
             }
@@ -64,8 +63,7 @@ pub fn reference(surface: &Surface, occluders: Arc<Occluders>, side: u32) -> Sha
         for d in &directions {
             let free = face.dot(d.towards) <= 0.0
                 || !shadows.occluders().blocked(from, d.towards, f32::INFINITY);
-            let first = number / BLOCK * words(side) * BLOCK + number % BLOCK;
-            shadows.blocks_mut()[first + d.word * BLOCK] |= u32::from(free) << d.bit;
+            *shadows.word_mut(number, d.word) |= u32::from(free) << d.bit;
         }
     }
     finish(surface, shadows)

@@ -9,7 +9,7 @@ use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_WRITE, Comm
 use crate::gpu::vulkan::memory::{Access, Buffer, Image, ImageDesc};
 use crate::gpu::vulkan::pipeline::{DescriptorSet, Pipeline};
 use crate::gpu::vulkan::staging::Uploader;
-use crate::objective::shadows::{BLOCK, ShadowSettings, Shadows, words};
+use crate::objective::shadows::{ShadowSettings, Shadows, words};
 use crate::scene::occluders::Occluders;
 use crate::{Error, Result};
 use ash::vk;
@@ -131,8 +131,7 @@ impl ShadowMemory {
             staging.read(&mut layer)?;
             for (at, &texel) in layer.iter().enumerate() {
                 if let Some(number) = shadows.number(at) {
-                    let first = (number / BLOCK * words(self.side) + word) * BLOCK;
-                    shadows.blocks_mut()[first + number % BLOCK] = texel;
+                    *shadows.word_mut(number, word) = texel;
                 }
             }
         }

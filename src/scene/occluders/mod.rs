@@ -15,6 +15,9 @@ use rayon::prelude::*;
 /// Most triangles; a node of the tree has room for their numbers.
 pub const MAX_TRIANGLES: usize = 1 << 27;
 
+/// What distances to the far sides of boxes are multiplied with: rounding must not lose a hit on their border.
+pub const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
+
 /// A node of the tree. Nodes stand in depth-first order: the next one of a node whose box is hit is the one
 /// behind it, and that of any other is [`Node::skip`]. So a walk needs no stack.
 #[repr(C)]
@@ -260,8 +263,6 @@ pub fn inverse(direction: Vec3) -> Vec3 {
 /// Whether a ray meets a node's box before `distance`.
 #[inline(always)]
 fn reaches(node: &Node, from: Vec3, inverse: Vec3, distance: f32) -> bool {
-    /// Rounding must not lose a hit on the border of a box.
-    const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
     let low = (Vec3::from(node.low) - from) * inverse;
     let high = (Vec3::from(node.high) - from) * inverse;
     let enter = low.min(high).max_element();
