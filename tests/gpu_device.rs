@@ -5,7 +5,7 @@ use klieg::gpu::{Context, ContextOptions, DeviceChoice, devices};
 use klieg_support::gpu as support;
 
 fn with(device: DeviceChoice) -> klieg::Result<std::sync::Arc<Context>> {
-    Context::new(&ContextOptions { device, validation: true, ..Default::default() })
+    support::watched(ContextOptions { device, ..Default::default() })
 }
 
 #[test]

@@ -8,13 +8,14 @@ use figures::{
 use glam::{DMat4, DVec3};
 use klieg::cpu;
 use klieg::evaluate::Evaluator;
-use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
+use klieg::gpu::{Context, GpuEvaluator};
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
 use klieg::objective::maps::{Maps, Surface};
 use klieg::scene::view::{Camera, Projection, View};
 use klieg::scene::{Scene, Wrap};
 use klieg_support::figures;
+use klieg_support::gpu::context;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -36,11 +37,6 @@ const TEXEL: f32 = 0.02;
 
 /// The polygon's normal, which devices make of the positions' steps from pixel to pixel.
 const FACE: f32 = 0.01;
-
-fn context() -> Arc<Context> {
-    let options = ContextOptions { validation: true, ..Default::default() };
-    Context::new(&options).expect("a Vulkan device and the validation layer")
-}
 
 fn drawn(context: &Arc<Context>, scene: &Scene, view: &View) -> Maps {
     let (objective, shading) = (Objective::default(), Shading::default());

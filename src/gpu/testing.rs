@@ -5,7 +5,7 @@ use super::view::memory::{GBuffer, ViewMemory};
 use super::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::vulkan::memory::{Access, Buffer, Image};
 use super::vulkan::pipeline::RigKind;
-use super::{Context, ContextOptions};
+use super::{Context, ContextOptions, Tuning};
 use crate::cpu;
 use crate::lighting::LightRecord;
 use crate::math::frame::Frame;
@@ -19,7 +19,13 @@ use std::sync::Arc;
 
 /// A software or hardware device with the validation layer on: a machine without fails the test.
 pub fn context() -> Arc<Context> {
-    let options = ContextOptions { validation: true, ..Default::default() };
+    with_tuning(Tuning::default())
+}
+
+/// The same with other tuning.
+pub fn with_tuning(tuning: Tuning) -> Arc<Context> {
+    klieg_support::gpu::alone();
+    let options = ContextOptions { validation: true, tuning, ..Default::default() };
     Context::new(&options).expect("a Vulkan device and the validation layer")
 }
 

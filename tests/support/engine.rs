@@ -44,6 +44,7 @@ pub struct Engine {
 impl Engine {
     /// A device with the given features, enabled in a chain that has others too.
     pub fn new(wanted: EnabledFeatures) -> Self {
+        crate::gpu::alone();
         Self::made(wanted, true)
     }
 

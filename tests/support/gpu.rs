@@ -9,7 +9,18 @@ use klieg::objective::maps::{Maps, Surface};
 use klieg::scene::view::{Camera, Projection, View};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// From here to its thread's end, keeps other tests from validation layers: some (1.3.239) look up what
+/// they know of instances and devices without a lock, and crash where two threads make them at once
+/// (KhronosGroup/Vulkan-ValidationLayers#4391).
+pub fn alone() {
+    static LAYER: Mutex<()> = Mutex::new(());
+    thread_local! {
+        static HELD: MutexGuard<'static, ()> = LAYER.lock().unwrap_or_else(PoisonError::into_inner);
+    }
+    HELD.with(|_| ());
+}
 
 /// The best Vulkan device with the validation layer on; a machine without either fails the test.
 pub fn context() -> Arc<Context> {
@@ -18,8 +29,17 @@ pub fn context() -> Arc<Context> {
 
 /// The same with other tuning.
 pub fn with_tuning(tuning: Tuning) -> Arc<Context> {
-    Context::new(&ContextOptions { validation: true, tuning, ..Default::default() })
-        .expect("a Vulkan device and the validation layer")
+    let options = ContextOptions { tuning, ..Default::default() };
+    watched(options).expect("a Vulkan device and the validation layer")
+}
+
+/// A context with the validation layer on.
+///
+/// # Errors
+/// What [`Context::new`] says.
+pub fn watched(options: ContextOptions) -> klieg::Result<Arc<Context>> {
+    alone();
+    Context::new(&ContextOptions { validation: true, ..options })
 }
 
 /// Fails when the validation layer has said anything.

@@ -1,7 +1,7 @@
 //! Which pipeline is taken, and populations in parts.
 
 use super::*;
-use crate::gpu::{ContextOptions, Tuning, testing};
+use crate::gpu::{Tuning, testing};
 use crate::lighting::presets::Preset;
 
 #[test]
@@ -26,8 +26,7 @@ fn large_populations_are_submitted_in_parts_with_the_same_bits() {
     let (maps, view) = testing::maps(20, 10);
     for pipeline in [PipelineKind::Layered, PipelineKind::Compute] {
         let tuning = Tuning { pipeline: Some(pipeline), ..Tuning::default() };
-        let options = ContextOptions { validation: true, tuning, ..Default::default() };
-        let context = Context::new(&options).unwrap();
+        let context = testing::with_tuning(tuning);
         let (objective, shading) = (Objective::default(), Shading::default());
         let mut evaluator =
             GpuEvaluator::with_maps(&context, &maps, &view, objective, shading).unwrap();

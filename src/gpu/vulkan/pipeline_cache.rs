@@ -122,7 +122,7 @@ impl Context {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::{ContextOptions, Tuning, testing};
+    use crate::gpu::{Tuning, testing};
 
     const KEY: u64 = 0x0123_4567_89ab_cdef;
 
@@ -144,9 +144,7 @@ mod tests {
     }
 
     fn context_with(pipeline_cache: Vec<u8>) -> std::sync::Arc<Context> {
-        let tuning = Tuning { pipeline_cache, ..Tuning::default() };
-        Context::new(&ContextOptions { validation: true, tuning, ..Default::default() })
-            .expect("a Vulkan device and the validation layer")
+        testing::with_tuning(Tuning { pipeline_cache, ..Tuning::default() })
     }
 
     #[test]
