@@ -105,7 +105,7 @@ fn submissions_hold_the_engines_lock() {
 
 #[test]
 fn threads_have_evaluators_of_their_own_on_one_device() {
-    let engine = Engine::new(ALL);
+    let engine = Engine::for_threads(ALL);
     let context = engine.context(&Tuning::default());
     let expected = scores(&mut evaluator(&context).unwrap()).unwrap();
     std::thread::scope(|scope| {

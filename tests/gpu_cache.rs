@@ -1,5 +1,6 @@
 //! Pipelines are made once for a context, whatever scenes and sizes its evaluators have.
 
+use engine::{ALL, Engine};
 use figures::{instances, normal_mapped, perspective, quads};
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{ComputeShape, Context, GpuEvaluator, PipelineKind, ReadbackEvaluator, Tuning};
@@ -7,7 +8,7 @@ use klieg::lighting::shading::Shading;
 use klieg::lighting::{Light, LightKind};
 use klieg::objective::Objective;
 use klieg::scene::Scene;
-use klieg_support::{figures, gpu as support};
+use klieg_support::{engine, figures, gpu as support};
 use std::sync::Arc;
 use support::{assert_valid, population, rigs, with_tuning};
 
@@ -19,8 +20,12 @@ const WAYS: [(PipelineKind, Option<ComputeShape>, u64); 4] = [
     (PipelineKind::Compute, Some(ComputeShape::Tiles), 8 + 2),
 ];
 
+fn tuning(pipeline: PipelineKind, shape: Option<ComputeShape>) -> Tuning {
+    Tuning { pipeline: Some(pipeline), shape, ..Default::default() }
+}
+
 fn context(pipeline: PipelineKind, shape: Option<ComputeShape>) -> Arc<Context> {
-    with_tuning(Tuning { pipeline: Some(pipeline), shape, ..Default::default() })
+    with_tuning(tuning(pipeline, shape))
 }
 
 fn evaluator(context: &Arc<Context>, scene: &Scene, [width, height]: [u32; 2]) -> GpuEvaluator {
@@ -96,7 +101,8 @@ fn the_baseline_shares_the_draws_of_forward() {
 #[test]
 fn evaluators_of_several_threads_share_the_pipelines() {
     for (pipeline, shape, expected) in WAYS {
-        let shared = context(pipeline, shape);
+        let engine = Engine::for_threads(ALL);
+        let shared = engine.context(&tuning(pipeline, shape));
         let sizes = [[40, 30], [31, 47], [64, 8]];
         let of = |size| scores(&mut evaluator(&shared, &instances(), size), &lights(2));
         let together: Vec<_> = std::thread::scope(|scope| {
@@ -105,7 +111,8 @@ fn evaluators_of_several_threads_share_the_pipelines() {
         });
         assert_eq!(shared.counters().pipelines, expected, "{pipeline:?} {shape:?}");
         assert_eq!(together, sizes.map(of), "{pipeline:?} {shape:?}");
-        assert_valid(&shared);
+        drop(shared);
+        assert_eq!(engine.end(), [""; 0]);
     }
 }
 

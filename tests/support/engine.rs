@@ -44,21 +44,29 @@ pub struct Engine {
 impl Engine {
     /// A device with the given features, enabled in a chain that has others too.
     pub fn new(wanted: EnabledFeatures) -> Self {
-        crate::gpu::alone();
-        Self::made(wanted, true)
+        Self::made(wanted, Watch::Synchronization)
+    }
+
+    /// The same for several threads: without the layer's checks of synchronisation, which share what they
+    /// know of command buffers between threads without a lock (1.3.239), and crash.
+    pub fn for_threads(wanted: EnabledFeatures) -> Self {
+        Self::made(wanted, Watch::Calls)
     }
 
     /// The same without the validation layer, which remembers all that it has seen.
     pub fn unwatched(wanted: EnabledFeatures) -> Self {
-        Self::made(wanted, false)
+        Self::made(wanted, Watch::Nothing)
     }
 
-    fn made(wanted: EnabledFeatures, watched: bool) -> Self {
+    fn made(wanted: EnabledFeatures, watch: Watch) -> Self {
+        if watch != Watch::Nothing {
+            crate::gpu::alone();
+        }
         // SAFETY: the system's loader; every info and its chain outlive their calls.
         unsafe {
             let entry = ash::Entry::load().expect("a Vulkan loader");
             let messages = Box::<Mutex<Vec<String>>>::default();
-            let instance = instance(&entry, watched);
+            let instance = instance(&entry, watch);
             let messenger = messenger(&entry, &instance, &messages);
             let physical = instance.enumerate_physical_devices().expect("devices")[0];
             let family = 0;
@@ -157,19 +165,28 @@ pub fn counted_lock() -> (Arc<CountedLock>, Option<Arc<dyn QueueLock>>) {
     (Arc::clone(&lock), Some(lock))
 }
 
-unsafe fn instance(entry: &ash::Entry, watched: bool) -> ash::Instance {
+/// What the validation layer looks at.
+#[derive(Clone, Copy, PartialEq)]
+enum Watch {
+    Nothing,
+    Calls,
+    Synchronization,
+}
+
+unsafe fn instance(entry: &ash::Entry, watch: Watch) -> ash::Instance {
     let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_2);
     let layers = [VALIDATION.as_ptr()];
     let extensions = [ext::debug_utils::NAME.as_ptr(), ext::validation_features::NAME.as_ptr()];
     let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
     let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
     let info = vk::InstanceCreateInfo::default().application_info(&application);
-    let info = match watched {
-        true => info
+    let info = match watch {
+        Watch::Nothing => info.enabled_extension_names(&extensions[..1]),
+        Watch::Calls => info.enabled_layer_names(&layers).enabled_extension_names(&extensions[..1]),
+        Watch::Synchronization => info
             .enabled_layer_names(&layers)
             .enabled_extension_names(&extensions)
             .push_next(&mut features),
-        false => info.enabled_extension_names(&extensions[..1]),
     };
     // SAFETY: the caller's loader; every pointer outlives the call.
     unsafe { entry.create_instance(&info, None) }.expect("an instance, with its layer")
