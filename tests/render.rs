@@ -204,6 +204,22 @@ fn bits_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
+fn rigs_that_are_drawn_together_have_pictures_of_their_own() {
+    // More than one tile.
+    let shown = Shown::new(ball_and_wall(), 2.5, 270, 40);
+    let settings = Settings { samples: 16, ..Settings::default() };
+    let lights = [from_the_right(0.1), from_the_right(0.0)];
+    let Shown { scene, view, shading, occluders } = &shown;
+    let stage = Stage { scene, view, shading, occluders: Some(occluders) };
+    let rigs = [&lights[..1], &lights, &[]];
+    let each = render::draw_each(&stage, &rigs, &settings).expect("pictures");
+    let alone = rigs.map(|rig| render::draw(&stage, rig, &settings).expect("a picture"));
+    assert_eq!(each, alone);
+    assert!(each[0] != each[1] && each[2].unlit == 1.0);
+    assert_eq!(render::draw_each(&stage, &[], &settings).expect("no pictures"), []);
+}
+
+#[test]
 fn tone_mapping_keeps_highlights_that_clamping_burns() {
     let shown = Shown::new(scene([(rectangle(1.0, 1.0), matt(0.8), DMat4::IDENTITY)]), 0.9, 8, 8);
     let light = |diffuse| {

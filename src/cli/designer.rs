@@ -100,8 +100,10 @@ fn in_words(settings: &Settings) -> String {
     format!("profile {}, seed {}, {words}", settings.profile.0.name, settings.seed)
 }
 
-/// Most pixels of a side of the pictures under usual rigs that the report alone shows.
+/// Most pixels of a side of the pictures under usual rigs that the report alone shows,
 const COMPARED: u32 = 384;
+/// and most samples of a pixel of theirs.
+const COMPARED_SAMPLES: u32 = 4;
 
 /// The final pictures under a headlight, under the designed rig, and under the other usual rigs.
 ///
@@ -113,33 +115,41 @@ fn pictures(session: &mut Session, rig: &[Light]) -> Result<Vec<Shown>> {
     let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
     let camera = whole.camera.clone();
     let small = View::new(&session.scene, camera, side(whole.width), side(whole.height))?;
-    let headlight = session.with_kept(Preset::Headlight.rig());
-    let mut pictures = vec![
-        shown(session, &whole, Preset::Headlight.title(), &headlight)?,
-        Shown { designed: true, ..shown(session, &whole, "Designed", rig)? },
-    ];
-    for preset in [Preset::LightKit, Preset::ThreePoint] {
-        let rig = session.with_kept(preset.rig());
-        // With many lights that are kept there may be no room for it.
-        if rig.len() <= MAX_LIGHTS {
-            pictures.push(shown(session, &small, preset.title(), &rig)?);
-        }
-    }
+    let preset = |preset: Preset| (preset.title(), session.with_kept(preset.rig()));
+    let headlight = preset(Preset::Headlight);
+    let mut others = [Preset::LightKit, Preset::ThreePoint].map(preset).to_vec();
+    // With many lights that are kept there may be no room for it.
+    others.retain(|(_, rig)| rig.len() <= MAX_LIGHTS);
+
+    let mut pictures = shown(session, &whole, vec![headlight, ("Designed", rig.to_vec())])?;
+    pictures[1].designed = true;
+    let samples = session.settings.picture.samples;
+    session.settings.picture.samples = samples.min(COMPARED_SAMPLES);
+    pictures.extend(shown(session, &small, others)?);
+    session.settings.picture.samples = samples;
     Ok(pictures)
 }
 
-fn shown(session: &mut Session, view: &View, title: &str, rig: &[Light]) -> Result<Shown> {
-    let quality = session.evaluator.inspect(rig)?.quality();
-    let Picture { image, burnt, unlit, .. } = session.render(view, rig)?;
-    Ok(Shown {
-        title: title.to_owned(),
-        designed: false,
-        png: picture::final_png(&image)?,
-        quality,
-        ratio: light_ratio(rig),
-        burnt,
-        unlit,
-    })
+/// The final pictures of rigs with their names.
+fn shown(
+    session: &mut Session,
+    view: &View,
+    rigs: Vec<(&'static str, Vec<Light>)>,
+) -> Result<Vec<Shown>> {
+    let lights: Vec<_> = rigs.iter().map(|(_, rig)| rig.as_slice()).collect();
+    let pictures = session.render(view, &lights)?;
+    let shown = |((title, rig), picture): ((&str, Vec<Light>), Picture)| {
+        Ok(Shown {
+            title: title.to_owned(),
+            designed: false,
+            png: picture::final_png(&picture.image)?,
+            quality: session.evaluator.inspect(&rig)?.quality(),
+            ratio: light_ratio(&rig),
+            burnt: picture.burnt,
+            unlit: picture.unlit,
+        })
+    };
+    rigs.into_iter().zip(pictures).map(shown).collect()
 }
 
 /// Writes all files of a design; gives the content of `result.json`, the last of them.

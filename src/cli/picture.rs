@@ -43,7 +43,7 @@ pub(super) fn occluders(
     settings.shadows.on.then(|| Occluders::new(scene, view)).transpose()
 }
 
-/// The final picture of a rig.
+/// The final picture of each rig.
 ///
 /// # Errors
 /// As [`render::draw`].
@@ -51,9 +51,10 @@ pub(super) fn draw(
     (scene, view): (&Scene, &View),
     occluders: Option<&Occluders>,
     settings: &Settings,
-    rig: &[Light],
-) -> Result<Picture> {
-    let rig = Population::of([rig])?;
+    rigs: &[&[Light]],
+) -> Result<Vec<Picture>> {
+    let rigs = rigs.iter().map(|rig| Population::of([*rig])).collect::<Result<Vec<_>>>()?;
+    let records: Vec<_> = rigs.iter().map(Population::records).collect();
     let stage = Stage { scene, view, shading: &settings.shading, occluders };
-    render::draw(&stage, rig.records(), &settings.picture)
+    render::draw_each(&stage, &records, &settings.picture)
 }

@@ -55,7 +55,8 @@ pub(super) fn run(options: &Options) -> anyhow::Result<()> {
     let rig = lights(options, &scene, &view)?;
     let file = File::new(&options.scene, &options.out)?;
     let occluders = picture::occluders(&scene, &view, &settings)?;
-    let picture = picture::draw((&scene, &view), occluders.as_ref(), &settings, &rig)?;
+    let drawn = picture::draw((&scene, &view), occluders.as_ref(), &settings, &[&rig])?;
+    let picture = &drawn[0];
     if picture.object == 0.0 {
         return Err(session::sees_nothing(&scene, &view).into());
     }

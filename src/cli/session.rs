@@ -190,14 +190,14 @@ impl Session {
         Subject { scene: &self.scene, view: &self.view, evaluator: &mut *self.evaluator }
     }
 
-    /// The final picture of a rig in a view of this scene through this camera.
+    /// The final picture of each rig in a view of this scene through this camera.
     ///
     /// # Errors
     /// As [`picture::draw`].
-    pub fn render(&mut self, view: &View, rig: &[Light]) -> Result<Picture> {
+    pub fn render(&mut self, view: &View, rigs: &[&[Light]]) -> Result<Vec<Picture>> {
         let shadows = self.evaluator.maps()?.shadows.as_ref();
         let occluders = shadows.map(|shadows| &**shadows.occluders());
-        Ok(picture::draw((&self.scene, view), occluders, &self.settings, rig)?)
+        Ok(picture::draw((&self.scene, view), occluders, &self.settings, rigs)?)
     }
 
     /// The picture of a rig as the search sees it, in colour.

@@ -59,8 +59,8 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let outcome = designer::search(&mut session, &genome, &mut |_| ControlFlow::Continue(()))?;
     session.settings.view.size = Some(options.size);
     let view = session::view(&session.scene, &session.settings.view)?;
-    let picture = session.render(&view, &outcome.rig)?;
-    print::out(print::written(&file.write(&report::picture::final_png(&picture.image)?)?))
+    let drawn = session.render(&view, &[&outcome.rig])?;
+    print::out(print::written(&file.write(&report::picture::final_png(&drawn[0].image)?)?))
 }
 
 /// Lets the search be short, with pictures of the shape of `size`.

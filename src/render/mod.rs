@@ -101,19 +101,34 @@ pub struct Picture {
 /// # Errors
 /// As [`Settings::check`], [`Scene::check`], [`View::check`] and [`Shading::check`].
 pub fn draw(stage: &Stage, rig: &[LightRecord], settings: &Settings) -> Result<Picture> {
+    Ok(draw_each(stage, &[rig], settings)?.swap_remove(0))
+}
+
+/// The picture of each rig, as [`draw`] makes it; what is seen is found once for all of them.
+///
+/// # Errors
+/// As [`draw`].
+pub fn draw_each(
+    stage: &Stage,
+    rigs: &[&[LightRecord]],
+    settings: &Settings,
+) -> Result<Vec<Picture>> {
     settings.check()?;
     stage.scene.check()?;
     stage.view.check()?;
     stage.shading.check()?;
     let (width, height) = (stage.view.width, stage.view.height);
-    let mut image = RgbaImage::new(width, height);
-    let mut counts = Counts::default();
+    let mut drawn = vec![(RgbaImage::new(width, height), Counts::default()); rigs.len()];
     for tile in Tile::all([width, height], settings.side()) {
-        counts += tile.draw(stage, rig, settings, &mut image);
+        tile.draw(stage, rigs, settings, &mut drawn);
     }
     let samples = u64::from(width) * u64::from(height) * u64::from(settings.samples);
     let share = |count: u64, of: u64| (count as f64 / of.max(1) as f64) as f32;
-    let of_object = |count| share(count, counts.object);
-    let object = share(counts.object, samples);
-    Ok(Picture { image, object, burnt: of_object(counts.burnt), unlit: of_object(counts.unlit) })
+    let picture = |(image, counts): (RgbaImage, Counts)| Picture {
+        image,
+        object: share(counts.object, samples),
+        burnt: share(counts.burnt, counts.object),
+        unlit: share(counts.unlit, counts.object),
+    };
+    Ok(drawn.into_iter().map(picture).collect())
 }

@@ -6,7 +6,7 @@ use crate::lighting::shading::{self, LightSample, Place, Reflectance, Response};
 use crate::math::color::{srgb_decode, srgb_encode};
 use crate::objective::maps::Surface;
 use crate::objective::{BURNT, UNLIT};
-use crate::scene::occluders;
+use crate::scene::occluders::{self, Packet, RAYS};
 use glam::{Vec2, Vec3};
 use std::ops::AddAssign;
 
@@ -51,7 +51,6 @@ impl AddAssign for Counts {
 /// Paints the pixels of a surface that was drawn with several samples a pixel.
 pub struct Painter<'a> {
     pub stage: &'a Stage<'a>,
-    pub rig: &'a [LightRecord],
     pub settings: &'a Settings,
     pub surface: &'a Surface,
 }
@@ -83,12 +82,25 @@ impl Painter<'_> {
         }
     }
 
-    /// Colour and alpha of pixel `at` of the picture with these samples on objects.
-    pub fn pixel(&self, at: [u32; 2], samples: &[Sample]) -> ([u8; 4], Counts) {
-        let mut lit: Vec<Response> = samples.iter().map(|sample| self.unlit(at, sample)).collect();
-        for (number, light) in (AMBIENT + 1..).zip(self.rig) {
-            self.add(light, pattern::shift(at, number), samples, &mut lit);
-        }
+    /// Colour and alpha of pixel `at` of the picture under each rig with these samples on objects.
+    pub fn pixel(
+        &self,
+        at: [u32; 2],
+        samples: &[Sample],
+        rigs: &[&[LightRecord]],
+    ) -> impl Iterator<Item = ([u8; 4], Counts)> {
+        let unlit = self.unlit(at, samples);
+        rigs.iter().map(move |rig| {
+            let mut lit = unlit.clone();
+            for (number, light) in (AMBIENT + 1..).zip(*rig) {
+                self.add(light, pattern::shift(at, number), samples, &mut lit);
+            }
+            self.resolve(&lit)
+        })
+    }
+
+    /// Colour, alpha and counts of what the samples of a pixel show.
+    fn resolve(&self, lit: &[Response]) -> ([u8; 4], Counts) {
         let burnt = srgb_decode(BURNT);
         let count = |counted: &dyn Fn(&Response) -> bool| {
             lit.iter().filter(|response| counted(response)).count() as u64
@@ -109,14 +121,21 @@ impl Painter<'_> {
         ([r, g, b, byte(alpha)], counts)
     }
 
-    /// What a sample shows without any light: what it emits, and the ambient light that reaches it.
-    fn unlit(&self, pixel: [u32; 2], sample: &Sample) -> Response {
-        let ambient = sample.looks.unlit - sample.emissive;
-        let square = pattern::even(sample.index, pattern::shift(pixel, AMBIENT));
-        let seen = ambient != Vec3::ZERO
-            && self.sees(sample, pattern::cosine(square, sample.place.normal), f32::INFINITY);
-        let radiance = if seen { sample.looks.unlit } else { sample.emissive };
-        Response { radiance, irradiance: 0.0 }
+    /// What samples show without any light: what they emit, and the ambient light that reaches them.
+    fn unlit(&self, pixel: [u32; 2], samples: &[Sample]) -> Vec<Response> {
+        let shift = pattern::shift(pixel, AMBIENT);
+        let rays = samples.iter().map(|sample| {
+            let square = pattern::even(sample.index, shift);
+            Ray::new(sample, pattern::cosine(square, sample.place.normal), f32::INFINITY)
+        });
+        let mut seen = vec![0; samples.len()];
+        self.count_free(rays, &mut seen);
+        let radiance = |(sample, seen): (&Sample, u32)| match seen {
+            0 => sample.emissive,
+            _ => sample.looks.unlit,
+        };
+        let respond = |radiance| Response { radiance, irradiance: 0.0 };
+        samples.iter().zip(seen).map(radiance).map(respond).collect()
     }
 
     /// Adds what a light does to every sample.
@@ -127,17 +146,21 @@ impl Painter<'_> {
             |response: &Response| response.irradiance > 0.0 || response.radiance != Vec3::ZERO;
         let reached: Vec<usize> =
             (0..samples.len()).filter(|&at| reached(&responses[at])).collect();
-        let ray = |at: usize, round: u32| {
-            let index = round * self.settings.samples + samples[at].index;
-            self.sees_light(&samples[at], light, pattern::disc(pattern::even(index, shift)))
+        let mut seen = vec![0u32; reached.len()];
+        let mut round = |number: u32| {
+            let rays = reached.iter().map(|&at| {
+                let index = number * self.settings.samples + samples[at].index;
+                self.to_light(&samples[at], light, pattern::disc(pattern::even(index, shift)))
+            });
+            self.count_free(rays, &mut seen);
+            seen.iter().filter(|&&seen| seen > 0).count()
         };
-        let mut seen: Vec<u32> = reached.iter().map(|&at| u32::from(ray(at, 0))).collect();
+        let first = round(0);
         let mut rays = 1;
-        let first: usize = seen.iter().filter(|&&seen| seen > 0).count();
         if light.size > 0.0 && (1..reached.len()).contains(&first) {
             rays = PENUMBRA_RAYS;
-            for (seen, &at) in seen.iter_mut().zip(&reached) {
-                *seen += (1..rays).map(|round| u32::from(ray(at, round))).sum::<u32>();
+            for number in 1..rays {
+                round(number);
             }
         }
         for (seen, at) in seen.into_iter().zip(reached) {
@@ -147,8 +170,8 @@ impl Painter<'_> {
         }
     }
 
-    /// Whether a sample sees the point `disc` of a light, whose own disc has the radius 1.
-    fn sees_light(&self, sample: &Sample, light: &LightRecord, disc: Vec2) -> bool {
+    /// The ray from a sample to the point `disc` of a light, whose own disc has the radius 1.
+    fn to_light(&self, sample: &Sample, light: &LightRecord, disc: Vec2) -> Ray {
         let LightSample { towards, .. } = shading::sample(light, sample.place.position);
         let is_point = light.radius2 > 0.0;
         let distance =
@@ -156,20 +179,46 @@ impl Painter<'_> {
         let (x, y) = towards.any_orthonormal_pair();
         let way = towards * distance + (x * disc.x + y * disc.y) * light.size;
         let length = way.length();
-        self.sees(sample, way / length, if is_point { length } else { f32::INFINITY })
+        Ray::new(sample, way / length, if is_point { length } else { f32::INFINITY })
     }
 
-    /// Whether nothing stands within `distance` of a sample in that unit direction. What points below the
-    /// sample's own polygon, where the smooth normal alone still sees the light, is looked for along the polygon:
-    /// so a smooth terminator stays smooth, and what something else shadows stays dark.
-    fn sees(&self, sample: &Sample, direction: Vec3, distance: f32) -> bool {
-        let Some(occluders) = self.stage.occluders else { return true };
+    /// Adds 1 to the count of every ray that nothing blocks.
+    fn count_free(&self, mut rays: impl Iterator<Item = Ray>, counts: &mut [u32]) {
+        let Some(occluders) = self.stage.occluders else {
+            return counts.iter_mut().for_each(|count| *count += 1);
+        };
+        for counts in counts.chunks_mut(RAYS) {
+            let mut packet = Packet::default();
+            for Ray { from, direction, distance } in rays.by_ref().take(counts.len()) {
+                packet.push(from, direction, distance);
+            }
+            let blocked = occluders.blocked_rays(&packet);
+            for (ray, count) in counts.iter_mut().enumerate() {
+                *count += 1 ^ (blocked >> ray & 1);
+            }
+        }
+    }
+}
+
+/// A ray that looks for what blocks light.
+#[derive(Debug, Clone, Copy)]
+struct Ray {
+    from: Vec3,
+    direction: Vec3,
+    distance: f32,
+}
+
+impl Ray {
+    /// From a sample in a unit direction. What points below the sample's own polygon, where the smooth normal
+    /// alone still sees the light, is looked for along the polygon: so a smooth terminator stays smooth, and what
+    /// something else shadows stays dark.
+    fn new(sample: &Sample, direction: Vec3, distance: f32) -> Self {
         let Sample { place, face, .. } = *sample;
         let above = face.dot(direction);
         let direction = match above > 0.0 {
             true => direction,
             false => (direction - above * face).normalize_or(face),
         };
-        !occluders.blocked(occluders::leave(place.position, face), direction, distance)
+        Self { from: occluders::leave(place.position, face), direction, distance }
     }
 }

@@ -34,36 +34,36 @@ impl Tile {
         })
     }
 
-    /// Draws the tile into its place, and counts what it shows.
+    /// Draws the tile into its place in the picture of each rig, and counts what it shows.
     pub fn draw(
         &self,
         stage: &Stage,
-        rig: &[LightRecord],
+        rigs: &[&[LightRecord]],
         settings: &Settings,
-        image: &mut RgbaImage,
-    ) -> Counts {
+        drawn: &mut [(RgbaImage, Counts)],
+    ) {
         let side = settings.side();
         let surface = visibility::draw(stage.scene, &self.view(stage.view, side));
-        let painter = Painter { stage, rig, settings, surface: &surface };
+        let painter = Painter { stage, settings, surface: &surface };
         let [width, height] = self.size;
         let [left, top] = self.corner;
         let row = |y: u32| {
-            let mut samples = Vec::new();
-            let pixels = (0..width).map(|x| {
+            let (mut samples, mut pixels) = (Vec::new(), Vec::new());
+            for x in 0..width {
                 painter.samples([x, y], &mut samples);
-                painter.pixel([left + x, top + y], &samples)
-            });
-            pixels.collect::<Vec<_>>()
+                pixels.extend(painter.pixel([left + x, top + y], &samples, rigs));
+            }
+            pixels
         };
         let rows: Vec<_> = (0..height).into_par_iter().map(row).collect();
-        let mut counts = Counts::default();
         for (y, row) in (top..).zip(rows) {
-            for (x, (color, counted)) in (left..).zip(row) {
-                image.put_pixel(x, y, Rgba(color));
-                counts += counted;
+            for (x, pixel) in (left..).zip(row.chunks_exact(rigs.len().max(1))) {
+                for ((image, counts), &(color, counted)) in drawn.iter_mut().zip(pixel) {
+                    image.put_pixel(x, y, Rgba(color));
+                    *counts += counted;
+                }
             }
         }
-        counts
     }
 
     /// The view of this tile alone, a pixel of it for each sample.

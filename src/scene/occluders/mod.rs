@@ -1,7 +1,10 @@
 //! What blocks light: all triangles of a scene, in a bounding volume hierarchy.
 
 mod opacity;
+mod packet;
 mod tree;
+
+pub use packet::{Packet, RAYS};
 
 use super::Scene;
 use super::view::View;
