@@ -31,7 +31,7 @@ JUDGE_KLIEG ?=
 JUDGE_PYTHON ?= python3.11
 JUDGE_ENV = $(or $(CARGO_TARGET_DIR),target)/judge
 
-.PHONY: help setup design spirv test check library install judge
+.PHONY: help setup design spirv test check library install judge gpu-kit
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
@@ -39,6 +39,7 @@ help:
 	@echo 'make check  look for badly formatted code and for lints'
 	@echo 'make spirv  compile the shaders for builds without a shader compiler: after each change of a shader'
 	@echo 'make judge [JUDGE_SCENES=FOLDER] [JUDGE_OUT=FOLDER]   judge designs in Blender, beside the usual rigs'
+	@echo 'make gpu-kit  build a folder that tests and times klieg on another machine with a GPU'
 	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the C library'
 	@echo 'make setup  only install what the others need, where it is missing'
 
@@ -92,3 +93,7 @@ judge: $(if $(JUDGE_KLIEG),,setup) $(JUDGE_ENV)/installed
 	$(if $(JUDGE_KLIEG),,cargo build --release)
 	"$(JUDGE_ENV)/bin/python" tools/judge/judge.py "$(JUDGE_SCENES)" --out "$(JUDGE_OUT)" \
 		--klieg "$(or $(JUDGE_KLIEG),$(or $(CARGO_TARGET_DIR),target)/release/klieg)" $(JUDGE_ARGS)
+
+gpu-kit: setup
+	@.ci/setup test
+	tools/gpu-kit/build

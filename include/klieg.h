@@ -194,7 +194,8 @@ typedef struct klieg_feature_chain {
 // queue is needed.
 #define KLIEG_NEEDS_COMPUTE 0
 
-// klieg draws a scene itself (`klieg_evaluator_of_scene`): a graphics queue and `geometryShader`.
+// The device draws scenes (`klieg_evaluator_of_scene`), else the CPU does: a graphics queue and
+// `geometryShader`.
 #define KLIEG_NEEDS_SCENE 1
 
 // Pipelines `layered` and `forward`: a graphics queue and `shaderOutputLayer`.

@@ -16,7 +16,6 @@ use klieg::scene::view::{Camera, Projection, View};
 use klieg::scene::{Scene, Wrap};
 use klieg_support::figures;
 use klieg_support::gpu::context;
-use std::path::Path;
 use std::sync::Arc;
 
 /// Share of the object pixels that must show the same polygon.
@@ -135,7 +134,7 @@ fn scenes_built_here_look_the_same() {
 fn scene_files_look_the_same() {
     let context = context();
     for name in ["elephant", "pair", "still-life"] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.glb"));
+        let path = klieg_support::root().join(format!("scenes/{name}.glb"));
         let scene = klieg::scene::load::load(&path).unwrap();
         let view = View::new(&scene, scene.cameras[0].clone(), 320, 240).unwrap();
         compare(&context, name, &scene, &view);

@@ -13,7 +13,6 @@ use klieg::scene::Scene;
 use klieg::scene::occluders::Occluders;
 use klieg::scene::view::View;
 use klieg_support::{figures, gpu as support, reference};
-use std::path::Path;
 use std::sync::Arc;
 use support::{assert_valid, with_tuning};
 
@@ -66,7 +65,7 @@ fn compare(context: &Arc<Context>, name: &str, scene: &Scene, view: &View, side:
 }
 
 fn project_scene(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.glb"));
+    let path = klieg_support::root().join(format!("scenes/{name}.glb"));
     klieg::scene::load::load(&path).unwrap()
 }
 

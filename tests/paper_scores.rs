@@ -9,7 +9,6 @@ use klieg::objective::Objective;
 use klieg::scene::Scene;
 use klieg::scene::view::View;
 use klieg_support::gpu::{population, rigs};
-use std::path::Path;
 
 /// The driver whose bits are stored; any other has to come close.
 const STORED_DRIVER: &str = "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)";
@@ -43,7 +42,7 @@ const STORED: [(&str, [[u32; 6]; 3]); 3] = [
 ];
 
 fn open(name: &str) -> (Scene, View) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.glb"));
+    let path = klieg_support::root().join(format!("scenes/{name}.glb"));
     let scene = klieg::scene::load::load(&path).expect("a scene of the project");
     let view = View::new(&scene, scene.cameras[0].clone(), 192, 192).expect("a view");
     (scene, view)

@@ -8,7 +8,6 @@ use klieg::lighting::presets::Preset;
 use klieg::lighting::shading::Shading;
 use klieg::objective::Objective;
 use klieg::scene::view::View;
-use std::path::Path;
 
 const SIZE: u32 = 96;
 /// Mean difference of a channel that rounding may make, of 255.
@@ -16,7 +15,7 @@ const TOLERANCE: f64 = 0.05;
 
 /// The scene through its own camera under the three-point rig.
 fn picture(name: &str, turn: f32) -> RgbImage {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.glb"));
+    let path = klieg_support::root().join(format!("scenes/{name}.glb"));
     let scene = klieg::scene::load::load(&path).unwrap();
     let view = View::new(&scene, scene.cameras[0].clone(), SIZE, SIZE).unwrap();
     let maps = cpu::maps(cpu::visibility::draw(&scene, &view), &Objective::default());
@@ -33,7 +32,7 @@ fn difference(a: &RgbImage, b: &RgbImage) -> f64 {
 
 #[test]
 fn the_scenes_look_as_they_did() {
-    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let tests = klieg_support::root().join("tests");
     let mut failed = Vec::new();
     for name in ["elephant", "pair", "still-life"] {
         let made = picture(name, 0.0);

@@ -16,7 +16,6 @@ use klieg_support::gpu as support;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::ops::ControlFlow;
-use std::path::Path;
 use support::{assert_valid, context, rigs};
 
 const SCENES: [&str; 3] = ["elephant", "pair", "still-life"];
@@ -24,7 +23,7 @@ const TOLERANCE: f32 = 1e-4;
 
 /// A scene through its own camera.
 fn open(name: &str, size: u32) -> (Scene, View) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.glb"));
+    let path = klieg_support::root().join(format!("scenes/{name}.glb"));
     let scene = klieg::scene::load::load(&path).unwrap();
     let view = View::new(&scene, scene.cameras[0].clone(), size, size).unwrap();
     (scene, view)

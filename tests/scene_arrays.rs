@@ -12,7 +12,6 @@ use klieg::objective::maps::{Maps, Shape};
 use klieg::scene::build::{MeshData, SceneBuilder, TextureData};
 use klieg::scene::view::{Camera, Projection, View};
 use klieg::scene::{Material, Scene, TextureRef, Vertex};
-use std::path::Path;
 
 const SIZE: u32 = 96;
 
@@ -20,7 +19,7 @@ const SIZE: u32 = 96;
 const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
 fn load(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.glb"));
+    let path = klieg_support::root().join(format!("scenes/{name}.glb"));
     klieg::scene::load::load(&path).unwrap()
 }
 

@@ -4,7 +4,6 @@
 mod generator;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 use std::sync::LazyLock;
 
 use glam::{DVec3, Vec3};
@@ -22,7 +21,7 @@ const NAMES: [&str; 3] = ["elephant.glb", "pair.glb", "still-life.glb"];
 const CLOSED: [&str; 5] = ["elephant skin", "ivory", "eyes", "glaze", "pewter"];
 
 fn stored(name: &str) -> Vec<u8> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let path = klieg_support::root().join("scenes").join(name);
     std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 

@@ -15,7 +15,6 @@ use klieg::scene::view::View;
 use klieg_support::gpu::{assert_valid, ball, view, with_tuning};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::path::Path;
 
 const TOLERANCE: f32 = 1e-4;
 
@@ -211,7 +210,7 @@ fn devices_aim_at_the_mean_that_the_scene_asks_for() {
 
 #[test]
 fn a_drawn_scene_is_measured_as_its_maps_are() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/still-life.glb");
+    let path = klieg_support::root().join("scenes/still-life.glb");
     let scene = klieg::scene::load::load(&path).expect("a scene of the project");
     let view = View::new(&scene, scene.cameras[0].clone(), 96, 80).expect("a view");
     let forward = Tuning { pipeline: Some(PipelineKind::Forward), ..Tuning::default() };

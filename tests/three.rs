@@ -17,7 +17,6 @@ use klieg::scene::load::FileAccess;
 use klieg::scene::view::View;
 use klieg_support::three;
 use serde_json::json;
-use std::path::Path;
 
 const SIZE: u32 = 512;
 /// Mean difference of an encoded channel from the specification that counts as agreement, of 0..1: half a
@@ -148,7 +147,7 @@ impl Compared {
 
 #[test]
 fn the_still_life_looks_as_in_three_js() {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/still-life.glb");
+    let scene = klieg_support::root().join("scenes/still-life.glb");
     Compared::new(&std::fs::read(scene).unwrap()).check("still-life", 0.01);
 }
 

@@ -11,7 +11,8 @@ pub type klieg_needs = u32;
 /// An engine with pictures or a surface of its own, on pipeline `compute`: no feature and no graphics
 /// queue is needed.
 pub const KLIEG_NEEDS_COMPUTE: klieg_needs = 0;
-/// klieg draws a scene itself (`klieg_evaluator_of_scene`): a graphics queue and `geometryShader`.
+/// The device draws scenes (`klieg_evaluator_of_scene`), else the CPU does: a graphics queue and
+/// `geometryShader`.
 pub const KLIEG_NEEDS_SCENE: klieg_needs = 1;
 /// Pipelines `layered` and `forward`: a graphics queue and `shaderOutputLayer`.
 pub const KLIEG_NEEDS_LAYERS: klieg_needs = 2;

@@ -105,8 +105,19 @@ fn abilities(report: &DeviceReport) -> String {
     let (layers, side) = (report.max_layers, report.max_size);
     let memory = report.memory as f64 / f64::from(1 << 30);
     let (pipeline, reason) = (report.pipeline, report.pipeline_reason);
-    format!(
-        "run klieg: {layers} pictures a draw, {side} pixels a side, {memory:.1} GiB, {timed}\n\
+    let drawing = match report.draws_layers {
+        true => format!("{layers} pictures a draw"),
+        false => "pipeline compute alone".into(),
+    };
+    let mut can = format!(
+        "run klieg: {drawing}, {side} pixels a side, {memory:.1} GiB, {timed}\n\
          pipeline {pipeline}: {reason}"
-    )
+    );
+    if !report.draws_scenes {
+        can += "\nthe CPU draws the scene for it";
+    }
+    if !report.lacks_for_drawing.is_empty() {
+        can += &format!("\nto draw itself it lacks {}", report.lacks_for_drawing.join(", "));
+    }
+    can
 }

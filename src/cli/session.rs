@@ -19,7 +19,6 @@ use crate::report::exhibit::Studio;
 use crate::report::json::{Header, SceneLights, Timing};
 use crate::scene::framing::{Framing, frame};
 use crate::scene::load::FileAccess;
-use crate::scene::occluders::Occluders;
 use crate::scene::view::{Camera, View};
 use crate::scene::{self, Scene};
 use crate::study::Subject;
@@ -342,12 +341,7 @@ fn evaluator_on(
     let (objective, shading) = (settings.objective, settings.shading);
     Ok(match device {
         Opened::Cpu => {
-            let mut maps = cpu::maps(cpu::visibility::draw(scene, view), &objective);
-            if settings.shadows.on {
-                let occluders = Arc::new(Occluders::new(scene, view)?);
-                maps.shadows =
-                    Some(cpu::shadows::table(&maps.surface, occluders, &settings.shadows));
-            }
+            let maps = cpu::draw(scene, view, &objective, &settings.shadows)?;
             Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?))
         }
         Opened::Vulkan(stored) => {

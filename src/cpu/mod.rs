@@ -29,8 +29,37 @@ mod neighbourhood;
 
 pub use evaluator::{CpuEvaluator, device};
 
+use crate::Result;
 use crate::objective::Objective;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
+use crate::objective::shadows::ShadowSettings;
+use crate::scene::Scene;
+use crate::scene::occluders::Occluders;
+use crate::scene::view::View;
+use std::sync::Arc;
+
+/// The maps of a view of a scene, with the shadow table where the settings have shadows on.
+///
+/// # Errors
+/// As [`Scene::check`], [`View::check`], [`Objective::check`], [`ShadowSettings::check`] and
+/// [`Occluders::new`].
+pub fn draw(
+    scene: &Scene,
+    view: &View,
+    objective: &Objective,
+    settings: &ShadowSettings,
+) -> Result<Maps> {
+    scene.check()?;
+    view.check()?;
+    objective.check()?;
+    settings.check()?;
+    let mut maps = maps(visibility::draw(scene, view), objective);
+    if settings.on {
+        let occluders = Arc::new(Occluders::new(scene, view)?);
+        maps.shadows = Some(shadows::table(&maps.surface, occluders, settings));
+    }
+    Ok(maps)
+}
 
 /// The maps of a view whose visible surface is `surface`, with the thresholds of `objective`.
 ///

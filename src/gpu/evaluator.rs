@@ -16,6 +16,7 @@ use super::vulkan::choice::Lights;
 use super::vulkan::choice::{ComputeShape, PipelineKind};
 use super::vulkan::commands::Commands;
 use super::vulkan::pipeline::RigKind;
+use crate::cpu;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population, check_number};
@@ -91,7 +92,8 @@ struct Source {
 }
 
 impl GpuEvaluator {
-    /// An evaluator that draws the scene and makes the view's maps on the device. Lights cast no shadows.
+    /// An evaluator that draws the scene and makes the view's maps on the device, or on the CPU where the device
+    /// cannot draw scenes or was not imported for that. Lights cast no shadows.
     ///
     /// # Errors
     /// [`Error::Argument`] for a picture larger than the device can draw and as [`View::check`],
@@ -121,6 +123,11 @@ impl GpuEvaluator {
         (objective, shading): (Objective, Shading),
         shadows: &ShadowSettings,
     ) -> Result<Self> {
+        context.check_present()?;
+        if !context.needs().scene {
+            let maps = cpu::draw(scene, view, &objective, shadows)?;
+            return Self::with_maps(context, &maps, view, objective, shading);
+        }
         let (lights, settings) = (context.lights(), (&objective, &shading));
         let (memory, drawn, drawable) =
             drawn::draw(context, scene, view, settings, lights, Some(shadows))?;

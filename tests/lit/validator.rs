@@ -30,7 +30,7 @@ fn codes(report: &Value, severity: u64) -> Vec<&str> {
 fn lit_scenes_are_as_valid_as_the_originals() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut sources = write_all(folder.path());
-    let scenes = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"));
+    let scenes = std::fs::read_dir(klieg_support::root().join("scenes"));
     for entry in scenes.into_iter().flatten() {
         let path = entry.expect("a scene").path();
         sources.extend(path.extension().is_some_and(|kind| kind == "glb").then_some(path));

@@ -17,6 +17,12 @@ pub mod three;
 
 use std::path::PathBuf;
 
+/// The project's folder, or that which `KLIEG_ROOT` names, where a test program runs on another machine.
+pub fn root() -> PathBuf {
+    let built = || concat!(env!("CARGO_MANIFEST_DIR"), "/../..").into();
+    std::env::var_os("KLIEG_ROOT").map_or_else(built, PathBuf::from)
+}
+
 /// A folder for files that outlive a test, below the target folder: what cargo calls `CARGO_TARGET_TMPDIR`
 /// where it compiles test programs, which run in `target/<profile>/deps`.
 pub fn temporary() -> PathBuf {

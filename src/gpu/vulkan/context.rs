@@ -117,7 +117,8 @@ struct Parts {
 }
 
 impl Context {
-    /// A context on a device of its own.
+    /// A context on a device of its own. What the device cannot draw, the CPU draws for it: see
+    /// [`DeviceReport::draws_scenes`] and [`DeviceReport::draws_layers`].
     ///
     /// # Errors
     /// [`Error::NoVulkan`] without a loader, a device, or the validation layer when it is asked
@@ -131,6 +132,7 @@ impl Context {
         let (device, features) = create_device(&instance.raw, physical, queue_family)?;
         // SAFETY: the device was created with one queue of this family.
         let queue = unsafe { device.raw.get_device_queue(queue_family, 0) };
+        let needs = Needs { scene: report.draws_scenes, layers: report.draws_layers };
         let parts = Parts {
             report,
             physical,
@@ -138,7 +140,7 @@ impl Context {
             queue_family,
             queue_lock: None,
             allocator: None,
-            needs: Needs::ALL,
+            needs,
             features,
             api_version: API_VERSION,
             debug_utils: instance.debug_utils,
@@ -275,15 +277,18 @@ impl Context {
     }
 
     /// # Errors
-    /// [`Error::Unsupported`] unless the device was imported for `what`.
+    /// [`Error::Unsupported`] unless `covered`: whether the device can be used for `what`, and was imported for
+    /// it.
     pub(in crate::gpu) fn check_needs(&self, covered: bool, what: &str) -> Result<()> {
-        match covered {
-            true => Ok(()),
-            false => Err(Error::Unsupported {
-                device: self.report.info.name.clone(),
-                lacks: format!("it was not imported for {what}"),
-            }),
+        if covered {
+            return Ok(());
         }
+        let DeviceReport { info, lacks_for_drawing, .. } = &self.report;
+        let lacks = match &lacks_for_drawing[..] {
+            [] => format!("it was not imported for {what}"),
+            lacks => format!("for {what} it lacks {}", lacks.join("; ")),
+        };
+        Err(Error::Unsupported { device: info.name.clone(), lacks })
     }
 
     /// The device.

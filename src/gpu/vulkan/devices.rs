@@ -59,6 +59,12 @@ pub struct DeviceReport {
     /// device with its driver, and this version of klieg.
     #[serde(skip)]
     pub pipeline_cache_key: u64,
+    /// Whether it draws scenes; where it does not, the CPU draws them for it.
+    pub draws_scenes: bool,
+    /// Whether it draws a population's pictures in layers: pipelines `layered` and `forward`.
+    pub draws_layers: bool,
+    /// What it lacks for what it does not draw, in words.
+    pub lacks_for_drawing: Vec<String>,
     /// What it lacks for klieg, in words; empty where klieg can run.
     pub lacks: Vec<String>,
 }
@@ -78,7 +84,8 @@ fn all_reports(instance: &ash::Instance) -> Result<(Vec<vk::PhysicalDevice>, Vec
         unsafe { instance.enumerate_physical_devices() }.call("vkEnumeratePhysicalDevices")?;
     let report = |(index, &device)| {
         let family = requirements::queue_family(instance, device);
-        report(instance, (index, device), family, Given::by_creation(instance, device))
+        let given = Given::by_creation(instance, device, family);
+        report(instance, (index, device), family, given)
     };
     let reports = physical.iter().enumerate().map(report).collect();
     Ok((physical, reports))
@@ -169,6 +176,14 @@ pub(in crate::gpu) fn report(
     let (shape, pipeline_reason) = ComputeShape::best(software, together);
     let (shadow_maker, shadow_reason) = ShadowMaker::best(software);
     let heaps = &memory.memory_heaps[..memory.memory_heap_count as usize];
+    let created =
+        Given::by_creation(instance, device, requirements::queue_family(instance, device));
+    let (needs, lacks) = requirements::possible(instance, device, created);
+    let (lacks_for_drawing, lacks) = match needs {
+        Some(_) => (lacks, Vec::new()),
+        None => (Vec::new(), lacks),
+    };
+    let needs = needs.unwrap_or(Needs::COMPUTE);
     DeviceReport {
         index,
         info: info(instance, device, &properties),
@@ -202,12 +217,10 @@ pub(in crate::gpu) fn report(
         shadow_maker,
         shadow_reason,
         pipeline_cache_key,
-        lacks: requirements::lacking(
-            instance,
-            device,
-            Needs::ALL,
-            Given::by_creation(instance, device),
-        ),
+        draws_scenes: needs.scene,
+        draws_layers: needs.layers,
+        lacks_for_drawing,
+        lacks,
     }
 }
 
@@ -257,6 +270,9 @@ mod tests {
             shadow_maker: ShadowMaker::Device,
             shadow_reason: "",
             pipeline_cache_key: 0,
+            draws_scenes: true,
+            draws_layers: true,
+            lacks_for_drawing: Vec::new(),
             lacks: lacks.iter().map(ToString::to_string).collect(),
         }
     }

@@ -24,6 +24,14 @@ impl Needs {
     /// What an engine with pictures or a surface of its own needs.
     pub const COMPUTE: Self = Self { scene: false, layers: false };
 
+    /// Most to least, of a device that klieg may use as far as it goes.
+    const ALL_KINDS: [Self; 4] = [
+        Self::ALL,
+        Self { scene: true, layers: false },
+        Self { scene: false, layers: true },
+        Self::COMPUTE,
+    ];
+
     /// Whether klieg draws anything itself.
     pub(in crate::gpu) fn draws(self) -> bool {
         self.scene || self.layers
@@ -138,13 +146,32 @@ pub(in crate::gpu) struct Given {
 }
 
 impl Given {
-    /// All that klieg could get by creating the device itself.
-    pub fn by_creation(instance: &ash::Instance, device: vk::PhysicalDevice) -> Self {
+    /// All that klieg could get by creating the device itself, with a queue of `family`.
+    pub fn by_creation(
+        instance: &ash::Instance,
+        device: vk::PhysicalDevice,
+        queue_family: Option<u32>,
+    ) -> Self {
+        let family = queue_family.and_then(|family| self::family(instance, device, family));
         Self {
             api_version: API_VERSION,
             enabled: EnabledFeatures::supported(instance, device),
-            queue: queue_family(instance, device).map(|_| Needs::ALL.requirements().queue),
+            queue: family.map(|family| family.queue_flags),
         }
+    }
+}
+
+/// The most that a device can be used for, and what it lacks for everything; for nothing, what it lacks
+/// for the least.
+pub(in crate::gpu) fn possible(
+    instance: &ash::Instance,
+    device: vk::PhysicalDevice,
+    given: Given,
+) -> (Option<Needs>, Vec<String>) {
+    let lacks = |needs| lacking(instance, device, needs, given);
+    match Needs::ALL_KINDS.into_iter().find(|&needs| lacks(needs).is_empty()) {
+        Some(needs) => (Some(needs), lacks(Needs::ALL)),
+        None => (None, lacks(Needs::COMPUTE)),
     }
 }
 
@@ -264,16 +291,18 @@ pub(in crate::gpu) fn largest_allocation(
     limits.max_memory_allocation_size
 }
 
-/// The first queue family for both graphics and compute.
+/// The first queue family for both graphics and compute, else the first for compute.
 pub(in crate::gpu) fn queue_family(
     instance: &ash::Instance,
     device: vk::PhysicalDevice,
 ) -> Option<u32> {
-    let needed = Needs::ALL.requirements().queue;
     // SAFETY: `device` is a physical device of `instance`.
     let families = unsafe { instance.get_physical_device_queue_family_properties(device) };
-    let index = families.iter().position(|family| family.queue_flags.contains(needed))?;
-    Some(index as u32)
+    let first = |needs: Needs| {
+        let needed = needs.requirements().queue;
+        families.iter().position(|family| family.queue_flags.contains(needed))
+    };
+    first(Needs::ALL).or_else(|| first(Needs::COMPUTE)).map(|index| index as u32)
 }
 
 /// A queue family, where there is one of that number.

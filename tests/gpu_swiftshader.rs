@@ -1,0 +1,96 @@
+//! A driver that knows no polygon numbers and draws no layers: SwiftShader, which comes with Chromium.
+
+use klieg::cpu::{self, CpuEvaluator};
+use klieg::evaluate::Evaluator;
+use klieg::gpu::{Context, GpuEvaluator, PipelineKind, Tuning};
+use klieg::lighting::LightKind;
+use klieg::lighting::shading::{Brdf, Shading};
+use klieg::objective::Objective;
+use klieg::objective::shadows::ShadowSettings;
+use klieg::scene::Wrap;
+use klieg_support::figures::{perspective, shadowed, textured};
+use klieg_support::gpu::{assert_valid, population, rigs, with_tuning};
+use std::path::PathBuf;
+use std::process::Command;
+use std::sync::Arc;
+
+/// What tells Vulkan's loader which drivers there are.
+const DRIVERS: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
+
+/// SwiftShader's description, beside the browser's library.
+fn swiftshader() -> PathBuf {
+    let folders = ["/usr/lib/chromium", "/usr/lib64/chromium-browser", "/opt/google/chrome"];
+    let found = folders.map(|folder| PathBuf::from(folder).join("vk_swiftshader_icd.json"));
+    let message = format!("no SwiftShader in {}: install Chromium", folders.join(", "));
+    found.into_iter().find(|path| path.is_file()).expect(&message)
+}
+
+/// Runs the test of that name again, with SwiftShader as the only driver; whether this is that run.
+fn on_swiftshader(test: &str) -> bool {
+    let driver = swiftshader();
+    if std::env::var_os(DRIVERS[0]).is_some_and(|set| set == driver.as_os_str()) {
+        return true;
+    }
+    let mut command = Command::new(std::env::current_exe().expect("a running program"));
+    command.args(["--exact", test, "--nocapture"]).envs(DRIVERS.map(|name| (name, &driver)));
+    let status = command.status().expect("the program starts again");
+    assert!(status.success(), "{test} fails on SwiftShader: {status}");
+    false
+}
+
+fn context(pipeline: Option<PipelineKind>) -> Arc<Context> {
+    with_tuning(Tuning { pipeline, ..Tuning::default() })
+}
+
+#[test]
+fn it_runs_and_says_what_it_cannot_draw() {
+    if !on_swiftshader("it_runs_and_says_what_it_cannot_draw") {
+        return;
+    }
+    let devices = klieg::gpu::devices().expect("a Vulkan loader");
+    let [device] = &devices[..] else { panic!("{devices:?}") };
+    assert!(device.info.name.contains("SwiftShader") && device.lacks.is_empty(), "{device:?}");
+    assert!(!device.draws_scenes && !device.draws_layers);
+    let lacks = device.lacks_for_drawing.join(" ");
+    assert!(lacks.contains("geometryShader") && lacks.contains("shaderOutputLayer"), "{lacks}");
+
+    let scene = textured([Wrap::Repeat; 2]);
+    let (objective, shading) = (Objective::default(), Shading::default());
+    for pipeline in [PipelineKind::Layered, PipelineKind::Forward] {
+        let (context, view) = (context(Some(pipeline)), perspective(&scene, 20, 20));
+        let made = GpuEvaluator::new(&context, &scene, &view, objective, shading);
+        let error = made.err().expect("an error").to_string();
+        assert!(error.contains("pictures drawn in layers") && error.contains("shaderOutputLayer"));
+    }
+}
+
+#[test]
+fn its_scores_are_those_of_the_cpu() {
+    if !on_swiftshader("its_scores_are_those_of_the_cpu") {
+        return;
+    }
+    let context = context(None);
+    let colors = Shading { brdf: Brdf::GltfScattering, ..Shading::default() };
+    let shadows = ShadowSettings { on: true, side: 15, ..ShadowSettings::default() };
+    let population = population(&rigs(3, 12, 2, LightKind::POINT));
+    for (scene, shading, shadows) in [
+        (textured([Wrap::Repeat; 2]), Shading::default(), ShadowSettings::default()),
+        (textured([Wrap::Repeat; 2]), colors, ShadowSettings::default()),
+        (shadowed(), colors, shadows),
+    ] {
+        let (objective, view) = (Objective::default(), perspective(&scene, 97, 61));
+        let maps = cpu::draw(&scene, &view, &objective, &shadows).expect("maps");
+        let mut native = CpuEvaluator::new(maps, &view, objective, shading).expect("an evaluator");
+        let both = (objective, shading);
+        let mut device = GpuEvaluator::with_shadows(&context, &scene, &view, both, &shadows)
+            .expect("an evaluator");
+        let (mut expected, mut scores) = ([0.0; 12], [0.0; 12]);
+        native.evaluate(&population, &mut expected).expect("scores");
+        device.evaluate(&population, &mut scores).expect("scores");
+        for (score, expected) in scores.into_iter().zip(expected) {
+            assert!((score - expected).abs() <= 1e-4, "{score} {expected}");
+        }
+        assert!(expected.iter().any(|score| (score - expected[0]).abs() > 1e-3));
+    }
+    assert_valid(&context);
+}
