@@ -102,7 +102,7 @@ impl<'a> Materials<'a> {
                     what: "normal",
                     texture: info.index,
                     tex_coord: info.tex_coord,
-                    transform: self.document.normal_transforms.get(&index),
+                    transform: self.document.extensions.normal_transforms.get(&index),
                     srgb: false,
                 };
                 self.texture(using, uv_sets, title, warnings)?

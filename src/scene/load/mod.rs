@@ -5,15 +5,20 @@
 
 mod accessor;
 mod document;
+mod elements;
+mod extensions;
 pub(super) mod files;
+mod instancing;
 mod material;
 mod mesh;
+mod meshopt;
 mod nodes;
 mod pose;
 mod punctual;
 pub(super) mod resources;
 mod texture;
 pub(super) mod used;
+mod views;
 
 use super::assemble::{label, quoted, warn};
 use super::view::DesignedView;
@@ -68,7 +73,7 @@ fn parse(path: &Path, access: FileAccess) -> Parsed<Scene> {
     let mut resources = Resources::new(path, access, used);
     let buffers = buffers(&document, bin, &mut resources)?;
     let nodes = nodes::place(&document)?;
-    let accessors = Accessors::new(&document.root, &buffers);
+    let accessors = Accessors::new(&document, &buffers);
     let scene = Scene { warnings, ..Scene::default() };
     let mut loader = Loader::new(&document, &accessors, &nodes, scene);
     for &node in &nodes.in_scene {
@@ -82,14 +87,16 @@ fn parse(path: &Path, access: FileAccess) -> Parsed<Scene> {
     Ok(scene)
 }
 
-/// All buffers; those that nothing uses are empty, whatever they name.
+/// All buffers; those that nothing uses, and those that stand in for compressed ones, are empty, whatever
+/// they name.
 fn buffers(
     document: &Document,
     mut bin: Option<FilePart>,
     resources: &mut Resources,
 ) -> Parsed<Vec<Buffer>> {
     let mut open = |(index, buffer): (usize, &gltf::json::Buffer)| {
-        if !document.used.buffers.contains(&index) {
+        let fallback = document.extensions.fallbacks.contains(&index);
+        if fallback || !document.used.buffers.contains(&index) {
             return Ok(Buffer::Memory(Vec::new()));
         }
         let content = match (&buffer.uri, index) {
@@ -180,10 +187,21 @@ impl<'a> Loader<'a> {
     fn add_instances(&mut self, node: usize, mesh: usize) -> Parsed<()> {
         let meshes = self.meshes(node, mesh)?;
         let name = label(self.document.root.nodes[node].name.as_deref());
+        let places = match self.document.extensions.instancing.get(&node) {
+            Some(attributes) => instancing::places(self.accessors, attributes)
+                .map_err(|fault| format!("EXT_mesh_gpu_instancing: {fault}"))?,
+            None => vec![DMat4::IDENTITY],
+        };
         for &(mesh, in_world) in meshes.iter() {
-            let world = if in_world { DMat4::IDENTITY } else { self.nodes.world[node] };
-            let title = || node_label(&self.document.root, node);
-            self.scene.place(&name, mesh, world, title)?;
+            let worlds = match in_world {
+                // A skin's joints place the mesh, whatever its node says.
+                true => vec![DMat4::IDENTITY],
+                false => places.iter().map(|place| self.nodes.world[node] * *place).collect(),
+            };
+            for world in worlds {
+                let title = || node_label(&self.document.root, node);
+                self.scene.place(&name, mesh, world, title)?;
+            }
         }
         Ok(())
     }

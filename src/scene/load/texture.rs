@@ -1,8 +1,8 @@
 //! Images and their mip chains.
 
-use super::accessor::view_bytes;
 use super::files::Buffer;
 use super::resources::Resources;
+use super::views::view_bytes;
 use super::{Parsed, label, quoted};
 use crate::scene::mips::{MAX_PIXELS, MAX_SIDE, mips};
 use crate::scene::{Texture, TextureLevel, Wrap};
