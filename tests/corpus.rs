@@ -1,6 +1,10 @@
 //! The project's scenes as the usual tools write them (`tests/corpus/`): each variant scores as its original,
 //! and lights put into it leave it as valid as it was.
 
+#[path = "load/file.rs"]
+#[allow(dead_code, reason = "shared with the tests of loading")]
+mod file;
+
 use klieg::cpu::{self, CpuEvaluator};
 use klieg::design::profile::PROFILES;
 use klieg::evaluate::Evaluator;
@@ -10,7 +14,9 @@ use klieg::scene::view::View;
 use klieg::scene::{Scene, lit};
 use klieg_support::gpu::{population, rigs};
 use klieg_support::npm;
-use serde_json::Value;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -19,12 +25,18 @@ const CLOSE: f32 = 2e-3;
 const LOSSY: f32 = 5e-3;
 
 /// The variants, and how far their scores may be from the original's. `optimized` leaves triangles out.
-const VARIANTS: [(&str, f32); 7] = [
+const VARIANTS: [(&str, f32); 13] = [
     ("quantized", CLOSE),
     ("meshopt", CLOSE),
     ("filtered", LOSSY),
+    ("draco", CLOSE),
+    ("sequential", CLOSE),
     ("instanced", CLOSE),
+    ("webp", CLOSE),
+    ("etc1s", LOSSY),
+    ("uastc", LOSSY),
     ("optimized", LOSSY),
+    ("optimized-draco", LOSSY),
     ("packed", LOSSY),
     ("packed-khr", LOSSY),
 ];
@@ -153,5 +165,47 @@ fn lights_leave_what_is_compressed_as_it_was() {
     let (before, after) = reports.split_at(sources.len());
     for (before, after) in before.iter().zip(after) {
         assert_eq!(issues(before), issues(after), "{before:#}\n{after:#}");
+    }
+}
+
+/// The textured square with the first picture of a variant.
+fn pictured(variant: &str) -> (file::File, std::ops::Range<usize>) {
+    let (root, data) = parts(&CORPUS.path().join(format!("still-life-{variant}.glb")));
+    let view = root["images"][1]["bufferView"].as_u64().expect("a view") as usize;
+    let number = |key: &str| root["bufferViews"][view][key].as_u64().unwrap_or(0) as usize;
+    let picture = &data[number("byteOffset")..][..number("byteLength")];
+    let texture = json!({"baseColorTexture": {"index": 0}});
+    let mut file = file::File::textured(json!({"pbrMetallicRoughness": texture}));
+    let view = file.view(picture);
+    file.push("images", json!({"bufferView": view}));
+    file.push("textures", json!({"extensions": {"KHR_texture_basisu": {"source": 0}}}));
+    let end = file.bin.len();
+    (file, end - picture.len()..end)
+}
+
+#[test]
+fn broken_pictures_have_their_warning() {
+    for variant in ["etc1s", "uastc"] {
+        let (whole, place) = pictured(variant);
+        assert_eq!(whole.scene().textures.len(), 1, "{variant}");
+        for part in 0..60 {
+            let mut file = whole.clone();
+            let view = file.json["bufferViews"].as_array_mut().expect("views").last_mut();
+            view.expect("a view")["byteLength"] = json!(place.len() * part / 60);
+            let scene = file.scene();
+            assert!(scene.textures.is_empty() && scene.warnings[0].contains("image 0"), "{part}");
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        for _ in 0..200 {
+            let mut file = whole.clone();
+            for _ in 0..random.random_range(1..6) {
+                // Headers and tables more often than pixels.
+                let end = if random.random() { place.len() } else { 400 };
+                file.bin[place.start + random.random_range(12..end)] = random.random();
+            }
+            if let Err(error) = file.load() {
+                assert!(error.is_input(), "{error}");
+            }
+        }
     }
 }

@@ -74,3 +74,22 @@ fn files_outside_the_scene_s_folder_are_taken_in_only_where_allowed() {
         std::fs::remove_file(&out).expect("the lit scene");
     }
 }
+
+/// A picture that nobody can show is no fault of the lights: it stays as it is.
+#[test]
+fn pictures_in_no_known_format_are_taken_in_as_they_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write(folder.path(), "positions.bin", &positions());
+    write(folder.path(), "odd.bin", b"no picture");
+    let mut root = triangle();
+    root["buffers"][0]["uri"] = "positions.bin".into();
+    root["images"] = json!([{ "uri": "odd.bin" }]);
+    root["textures"] = json!([{ "source": 0 }]);
+    let source = write(folder.path(), "a.gltf", root.to_string().as_bytes());
+    let out = folder.path().join("out.glb");
+    lit::write(&source, FileAccess::SceneFolder, &views()[0], &rig(), &out).expect("a lit scene");
+    let (root, _) = parse_glb(&std::fs::read(&out).expect("the lit scene"));
+    let encoded = STANDARD.encode(b"no picture");
+    assert_eq!(root["images"][0]["uri"], format!("data:application/octet-stream;base64,{encoded}"));
+    load(&out).expect("the lit scene");
+}

@@ -1,5 +1,6 @@
 //! Loading of glTF: what the loader must read, and what it must refuse.
 
+mod compressed;
 mod faults;
 mod file;
 mod geometry;

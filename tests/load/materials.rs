@@ -214,22 +214,100 @@ fn textures_without_their_coordinates_are_left_out() {
     }
 }
 
+/// The textured square with a base colour texture of a picture in a format that needs an extension.
+fn extended(extension: &str, picture: &[u8]) -> File {
+    let mut file = pictured(picture);
+    file.json["textures"][0] = json!({"extensions": {extension: {"source": 0}}});
+    file.json["extensionsUsed"] = json!([extension]);
+    file
+}
+
+fn encoded(format: image::ImageFormat) -> Vec<u8> {
+    let pixel = |x, y| image::Rgb([(x * 3) as u8, (y * 7) as u8, (x ^ y) as u8]);
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image::RgbImage::from_fn(64, 48, pixel).write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
 #[test]
-fn pictures_that_cannot_be_read_are_errors_that_name_them() {
-    let file = pictured(b"RIFF0000WEBPVP8 ");
-    let fault = file.fault();
-    assert!(fault.contains("image 0 'picture'") && fault.contains("PNG"), "{fault}");
-    let truncated = png(64, 64, &[7; 64 * 64 * 4]);
-    let fault = pictured(&truncated[..truncated.len() / 2]).fault();
-    assert!(fault.contains("picture") && fault.contains("decoded"), "{fault}");
-    // A header that claims more pixels than are read.
+fn webp_is_read() {
+    let file = extended("EXT_texture_webp", &encoded(image::ImageFormat::WebP));
+    let scene = file.scene();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let level = &scene.textures[0].levels[0];
+    assert_eq!((level.width, level.height), (64, 48));
+    assert_eq!(level.texels[64 * 2 + 5], [15, 14, 7, 255]);
+}
+
+#[test]
+fn a_textures_own_image_comes_first_and_no_other_is_touched() {
+    let mut file = pictured(&png(1, 1, &[1, 2, 3, 4]));
+    file.push("images", json!({"uri": "missing.ktx2"}));
+    file.push("images", json!({"uri": "missing.avif"}));
+    file.json["textures"][0]["extensions"] = json!({"KHR_texture_basisu": {"source": 1}});
+    file.push("textures", json!({"extensions": {"EXT_texture_avif": {"source": 2}}}));
+    let scene = file.scene();
+    assert_eq!(scene.textures[0].levels[0].texels, [[1, 2, 3, 4]]);
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    // A picture in a format that nothing decodes is left out, as all others that cannot be used.
+    file.json["materials"][0]["emissiveTexture"] = json!({"index": 1});
+    let warnings = file.scene().warnings;
+    assert!(warnings[0].contains("emissive texture has no image"), "{warnings:?}");
+}
+
+#[test]
+fn pictures_that_cannot_be_decoded_leave_their_factors() {
+    let whole = png(64, 64, &[7; 64 * 64 * 4]);
+    let jpeg = encoded(image::ImageFormat::Jpeg);
+    // A header that claims more pixels than there are.
     let mut bomb = png(1, 1, &[0; 4]);
-    bomb[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
+    bomb[16..24].copy_from_slice(&[0, 0, 1, 0, 0, 0, 1, 0]);
     let crc = crc32(&bomb[12..29]);
     bomb[29..33].copy_from_slice(&crc.to_be_bytes());
-    let fault = pictured(&bomb).fault();
-    assert!(fault.contains("picture"), "{fault}");
+    for (picture, words) in [
+        (&b"text"[..], "neither PNG nor JPEG"),
+        (b"GIF89a..", "image/gif"),
+        (b"RIFF\x04\0\0\0WEBPVP8 ", "cannot be decoded"),
+        (&whole[..whole.len() / 2], "cannot be decoded"),
+        (&jpeg[..jpeg.len() / 2], "truncated"),
+        (&jpeg[..jpeg.len() - 2], "truncated"),
+        (&bomb, "cannot be decoded"),
+    ] {
+        let mut file = pictured(picture);
+        file.json["materials"][0]["normalTexture"] = json!({"index": 1});
+        let other = file.view(&png(1, 1, &[128, 128, 255, 255]));
+        file.push("images", json!({"bufferView": other}));
+        file.push("textures", json!({"source": 1}));
+        let scene = file.scene();
+        assert!(scene.materials[0].base_color_texture.is_none());
+        let normal = scene.materials[0].normal_texture.unwrap().texture as usize;
+        assert_eq!(scene.textures[normal].levels[0].texels, [[128, 128, 255, 255]]);
+        let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
+        assert!(warning.contains("image 0 'picture' is left out"), "{warning}");
+        assert!(warning.contains(words), "{words} in {warning}");
+    }
+}
 
+#[test]
+fn what_a_file_requires_must_be_decoded() {
+    let webp = encoded(image::ImageFormat::WebP);
+    // A header of 4x4 pixels without any.
+    let mut ktx2 = [&b"\xABKTX 20\xBB\r\n\x1A\n"[..], &[0; 92]].concat();
+    (ktx2[20], ktx2[24], ktx2[36]) = (4, 4, 1);
+    for (extension, picture) in
+        [("EXT_texture_webp", &webp[..webp.len() / 2]), ("KHR_texture_basisu", &ktx2)]
+    {
+        let mut file = extended(extension, picture);
+        let warnings = file.scene().warnings;
+        assert!(warnings[0].contains("'picture' is left out"), "{warnings:?}");
+        file.json["extensionsRequired"] = json!([extension]);
+        let fault = file.fault();
+        assert!(fault.contains("image 0 'picture'") && fault.contains(extension), "{fault}");
+    }
+}
+
+#[test]
+fn pictures_that_are_not_there_are_errors_that_name_them() {
     let mut file = pictured(&png(1, 1, &[9; 4]));
     file.json["images"][0] = json!({"uri": "missing%20picture.png"});
     let fault = file.fault();

@@ -3,10 +3,11 @@
 
 use super::Parsed;
 use super::document::Document;
+use super::draco::{self, Content};
 use super::elements::{Bytes, Elements};
 use super::files::Buffer;
 use super::meshopt::{Compressed, Mode};
-use super::views::{part, place, tight, tight_from_file, within};
+use super::views::{part, place, tight, tight_from_file, view_bytes, within};
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::buffer::View;
 use gltf::json::validation::Checked;
@@ -54,6 +55,8 @@ pub struct Accessors<'a> {
     undecoded: Cell<u64>,
     /// Compressed views that have been decoded.
     decoded: RefCell<HashMap<usize, Arc<Vec<u8>>>>,
+    /// What takes the place of the content of accessors, by index.
+    replaced: RefCell<HashMap<usize, Content>>,
     /// How often each slice is used.
     uses: HashMap<Slice, u32>,
     /// What has been read from files to be used again.
@@ -93,11 +96,35 @@ impl<'a> Accessors<'a> {
             compressed: &document.extensions.compressed,
             undecoded: Cell::new(decoded_each * bytes + decoded_least),
             decoded: RefCell::default(),
+            replaced: RefCell::default(),
             left: Cell::new(MAX_ELEMENTS.min(each * bytes + least)),
             unread: Cell::new(READS_OF_BYTES * bytes),
             uses: uses(root),
             shared: RefCell::default(),
         }
+    }
+
+    /// Has the accessors of a primitive give what its compressed stream decodes to, and all others their own
+    /// content.
+    pub fn decompress(&self, mesh: usize, index: usize, document: &Document) -> Parsed<()> {
+        self.replaced.borrow_mut().clear();
+        let Some(compressed) = document.extensions.draco.get(&(mesh, index)) else {
+            return Ok(());
+        };
+        let decode = || {
+            let primitive = &self.root.meshes[mesh].primitives[index];
+            let mut unread = self.unread.get();
+            let view = Index::new(compressed.buffer_view);
+            let stream = view_bytes(self.root, self.buffers, view, &mut unread)?;
+            self.unread.set(unread);
+            let most = self.undecoded.get();
+            let (contents, decoded) =
+                draco::decode(self.root, primitive, compressed, &stream, most)?;
+            self.undecoded.set(most.saturating_sub(decoded));
+            self.replaced.replace(contents);
+            Ok(())
+        };
+        decode().map_err(|fault: String| format!("{}: {fault}", draco::EXTENSION))
     }
 
     /// Takes `count` elements off what may still be read.
@@ -129,6 +156,12 @@ impl<'a> Accessors<'a> {
         }
         let width = element.multiplicity();
         let size = width * component.size();
+        let normalized = accessor.normalized || wanted.normalized;
+        let content = self.replaced.borrow().get(&index.value()).cloned();
+        if let Some(Content { bytes, count }) = content {
+            let bytes = Bytes::Shared(bytes);
+            return Ok(Elements { bytes, stride: size, count, width, component, normalized });
+        }
         let count = usize::try_from(accessor.count.0).map_err(|_| "its count is too great")?;
         let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
         let (mut bytes, mut stride) = match accessor.buffer_view {
@@ -143,7 +176,6 @@ impl<'a> Accessors<'a> {
             bytes = Bytes::Shared(patched.into());
             stride = size;
         }
-        let normalized = accessor.normalized || wanted.normalized;
         Ok(Elements { bytes, stride, count, width, component, normalized })
     }
 

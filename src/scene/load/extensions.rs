@@ -1,27 +1,35 @@
 //! What extensions say that the model of glTF leaves out, read from the JSON itself.
 
 use super::Parsed;
-use super::meshopt;
+use super::{draco, meshopt};
 use gltf::json::extensions::texture::TextureTransform;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 /// Extensions that are read. Unlit materials are drawn lit, with a warning.
-pub const SUPPORTED: [&str; 8] = [
+pub const SUPPORTED: [&str; 11] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
+/// Extensions that give a texture another image, in the order in which they are looked for where a texture has
+/// none of glTF's own.
+const IMAGES: [&str; 2] = ["EXT_texture_webp", "KHR_texture_basisu"];
+
 /// The extensions of a file, by the indices of what they extend.
-#[derive(Default)]
 pub struct Extensions {
+    /// Names of those that the file cannot be read without.
+    pub required: HashSet<String>,
     /// KHR_texture_transform of each material's normal texture.
     pub normal_transforms: HashMap<usize, TextureTransform>,
     /// Compressed buffer views.
@@ -30,6 +38,10 @@ pub struct Extensions {
     pub fallbacks: BTreeSet<usize>,
     /// Nodes whose mesh is drawn many times: the accessors of EXT_mesh_gpu_instancing by attribute.
     pub instancing: HashMap<usize, BTreeMap<String, usize>>,
+    /// Compressed primitives, by their mesh and place in it.
+    pub draco: HashMap<(usize, usize), draco::Compressed>,
+    /// Images of textures that have none of glTF's own.
+    pub images: HashMap<usize, usize>,
 }
 
 impl Extensions {
@@ -48,11 +60,20 @@ impl Extensions {
         }
         let instancing: HashMap<usize, Instancing> =
             each(root, "nodes", "EXT_mesh_gpu_instancing", |node| node)?;
+        let mut images = HashMap::new();
+        for extension in IMAGES.iter().rev() {
+            let sources: HashMap<usize, Source> = each(root, "textures", extension, |t| t)?;
+            images.extend(sources.into_iter().map(|(texture, image)| (texture, image.source)));
+        }
+        let required = root["extensionsRequired"].as_array().into_iter().flatten();
         Ok(Self {
+            required: required.filter_map(|name| name.as_str().map(str::to_owned)).collect(),
             normal_transforms: normals,
             compressed,
             fallbacks,
             instancing: instancing.into_iter().map(|(node, i)| (node, i.attributes)).collect(),
+            draco: compressed_primitives(root)?,
+            images,
         })
     }
 }
@@ -61,6 +82,22 @@ impl Extensions {
 #[derive(serde::Deserialize)]
 struct Instancing {
     attributes: BTreeMap<String, usize>,
+}
+
+/// An extension of a texture.
+#[derive(serde::Deserialize)]
+struct Source {
+    source: usize,
+}
+
+fn compressed_primitives(root: &Value) -> Parsed<HashMap<(usize, usize), draco::Compressed>> {
+    let mut found = HashMap::new();
+    for (mesh, json) in root["meshes"].as_array().into_iter().flatten().enumerate() {
+        let primitives = each(json, "primitives", draco::EXTENSION, |primitive| primitive)
+            .map_err(|fault| format!("meshes[{mesh}].{fault}"))?;
+        found.extend(primitives.into_iter().map(|(index, value)| ((mesh, index), value)));
+    }
+    Ok(found)
 }
 
 /// The extension `name` of what `part` finds in each element of the list `key`.

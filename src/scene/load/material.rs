@@ -144,11 +144,12 @@ impl<'a> Materials<'a> {
         let Use { what, texture, tex_coord, transform, srgb } = using;
         let root = &self.document.root;
         let json = root.get(texture).ok_or_else(|| format!("its {what} texture is not there"))?;
-        let image = json.source.value();
+        // The model marks a texture without a source so.
+        let own = Some(json.source.value()).filter(|&image| image != u32::MAX as usize);
+        let image = own.or_else(|| self.document.extensions.images.get(&texture.value()).copied());
         let uv_set = transform.and_then(|transform| transform.tex_coord).unwrap_or(tex_coord);
         let fault = match uv_sets.get(uv_set as usize) {
-            // The model marks a texture without a source so.
-            _ if image == u32::MAX as usize => Some("has no PNG or JPEG image".to_owned()),
+            _ if image.is_none() => Some("has no image that klieg reads".to_owned()),
             Some(true) => None,
             Some(false) => Some(format!("needs TEXCOORD_{uv_set}, which a mesh lacks")),
             None => Some(format!("uses TEXCOORD_{uv_set}; klieg reads sets 0 and 1")),
@@ -157,6 +158,7 @@ impl<'a> Materials<'a> {
             warn(warnings, format!("{title}: its {what} texture {fault}: left out"));
             return Ok(None);
         }
+        let image = image.unwrap_or_default();
         if image >= root.images.len() {
             return Err(format!("the image of its {what} texture is not there"));
         }

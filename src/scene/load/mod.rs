@@ -5,14 +5,17 @@
 
 mod accessor;
 mod document;
+mod draco;
 mod elements;
 mod extensions;
 pub(super) mod files;
+mod guard;
 mod instancing;
 mod material;
 mod mesh;
 mod meshopt;
 mod nodes;
+pub(super) mod picture;
 mod pose;
 mod punctual;
 pub(super) mod resources;
@@ -82,7 +85,14 @@ fn parse(path: &Path, access: FileAccess) -> Parsed<Scene> {
             .map_err(|fault| format!("{}: {fault}", node_label(&document.root, node)))?;
     }
     let (mut scene, textures) = loader.finish()?;
-    scene.textures = texture::load(&document.root, &buffers, &mut resources, &textures)?;
+    let source = texture::Source {
+        root: &document.root,
+        extensions: &document.extensions,
+        buffers: &buffers,
+        resources: &mut resources,
+    };
+    let textures = texture::load(source, &textures, &mut scene.warnings)?;
+    scene.textures = texture::give(textures, &mut scene.materials);
     scene.files = resources.files;
     Ok(scene)
 }
@@ -254,6 +264,7 @@ impl<'a> Loader<'a> {
             self.without_triangles += 1;
             return Ok(None);
         }
+        self.accessors.decompress(mesh, index, self.document)?;
         let uv_sets = mesh::uv_sets(primitive);
         let warnings = &mut self.scene.warnings;
         let material = self.materials.number(primitive.material, uv_sets, warnings)?;

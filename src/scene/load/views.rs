@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Bytes that are read from a file together where only some of them are kept.
 const WINDOW: usize = 1 << 20;
 
-/// The bytes of a buffer view with an image, of the `unread` ones that images may still read.
+/// The bytes of a whole buffer view, of the `unread` ones that may still be read.
 pub fn view_bytes<'a>(
     root: &Root,
     buffers: &'a [Buffer],
@@ -18,7 +18,7 @@ pub fn view_bytes<'a>(
     unread: &mut u64,
 ) -> Parsed<Cow<'a, [u8]>> {
     let (buffer, start, length) = place(root, buffers, index)?;
-    *unread = unread.checked_sub(length).ok_or("the file's images overlap too often")?;
+    *unread = unread.checked_sub(length).ok_or("the file reads the same bytes too often")?;
     match buffer {
         Buffer::Memory(bytes) => Ok(bytes[start as usize..(start + length) as usize].into()),
         Buffer::File(part) => part.read(start, length).map(Cow::Owned),
