@@ -6,4 +6,5 @@ mod file;
 mod geometry;
 mod materials;
 mod outside;
+mod pictures;
 mod stage;

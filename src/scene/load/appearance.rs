@@ -106,7 +106,8 @@ impl Appearance {
         let plain = material.metallic_roughness_texture.is_none();
         if let Some(sheen) = &self.sheen {
             let color = Vec3::from(sheen.sheen_color_factor).clamp(Vec3::ZERO, Vec3::ONE);
-            let own = if material.base_color_texture.is_none() { color * SHEEN } else { Vec3::ZERO };
+            let own =
+                if material.base_color_texture.is_none() { color * SHEEN } else { Vec3::ZERO };
             let kept = 1.0 - SHEEN * color.max_element();
             set(material, rgb(material) * kept + own);
         }
@@ -147,7 +148,8 @@ impl Appearance {
         if specular.max_element() <= DIELECTRIC * 1.01 || !specular.is_finite() {
             return;
         }
-        let (base, metallic) = metallic_of(rgb(material) * (1.0 - specular.max_element()), specular);
+        let (base, metallic) =
+            metallic_of(rgb(material) * (1.0 - specular.max_element()), specular);
         let own = material.metallic;
         set(material, rgb(material).lerp(base, 1.0 - own));
         material.metallic = own + (1.0 - own) * metallic;
@@ -179,8 +181,7 @@ pub fn metallic_of(diffuse: Vec3, specular: Vec3) -> (Vec3, f32) {
         ((-b + (b * b - 4.0 * a * c).max(0.0).sqrt()) / (2.0 * a)).clamp(0.0, 1.0)
     };
     let of_diffuse = diffuse * (rest / (1.0 - DIELECTRIC) / (1.0 - metallic).max(EPSILON));
-    let of_specular =
-        (specular - DIELECTRIC * (1.0 - metallic)) * (1.0 / metallic.max(EPSILON));
+    let of_specular = (specular - DIELECTRIC * (1.0 - metallic)) * (1.0 / metallic.max(EPSILON));
     let base = of_diffuse.lerp(of_specular, metallic * metallic);
     (base.clamp(Vec3::ZERO, Vec3::ONE), metallic)
 }
@@ -235,9 +236,7 @@ mod tests {
         let sheen = serde_json::json!({"KHR_materials_sheen": {"sheenColorFactor": [1, 0, 0]}});
         let [r, g, ..] = applied(sheen, plastic()).base_color;
         assert!(r > 0.5 && g < 0.5);
-        let through = |factor| {
-            serde_json::json!({"KHR_materials_transmission": {"transmissionFactor": factor}})
-        };
+        let through = |factor| serde_json::json!({"KHR_materials_transmission": {"transmissionFactor": factor}});
         assert_eq!(applied(through(0.9), plastic()).base_color[3], 1.0 - 0.9);
         assert_eq!(applied(through(0.4), plastic()).base_color, [0.3, 0.3, 0.3, 1.0]);
     }

@@ -1,20 +1,28 @@
 //! What extensions say that the model of glTF leaves out, read from the JSON itself.
 
 use super::Parsed;
+use super::appearance::Appearance;
 use super::{draco, meshopt};
 use gltf::json::extensions::texture::TextureTransform;
+use serde::Deserialize as _;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-/// Extensions that are read. Unlit materials are drawn lit, with a warning.
-pub const SUPPORTED: [&str; 11] = [
+/// Extensions that are read.
+pub const SUPPORTED: [&str; 17] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
@@ -40,6 +48,8 @@ pub struct Extensions {
     pub instancing: HashMap<usize, BTreeMap<String, usize>>,
     /// Compressed primitives, by their mesh and place in it.
     pub draco: HashMap<(usize, usize), draco::Compressed>,
+    /// What they make of materials.
+    pub appearances: HashMap<usize, Appearance>,
     /// Images of textures that have none of glTF's own.
     pub images: HashMap<usize, usize>,
 }
@@ -73,6 +83,7 @@ impl Extensions {
             fallbacks,
             instancing: instancing.into_iter().map(|(node, i)| (node, i.attributes)).collect(),
             draco: compressed_primitives(root)?,
+            appearances: appearances(root)?,
             images,
         })
     }
@@ -98,6 +109,17 @@ fn compressed_primitives(root: &Value) -> Parsed<HashMap<(usize, usize), draco::
         found.extend(primitives.into_iter().map(|(index, value)| ((mesh, index), value)));
     }
     Ok(found)
+}
+
+fn appearances(root: &Value) -> Parsed<HashMap<usize, Appearance>> {
+    let materials = root["materials"].as_array().into_iter().flatten().enumerate();
+    let extended = materials.filter_map(|(index, json)| Some((index, json.get("extensions")?)));
+    let parse = |(index, json): (usize, &Value)| {
+        let appearance = Appearance::deserialize(json)
+            .map_err(|error| format!("materials[{index}].extensions: {error}"))?;
+        Ok((index, appearance))
+    };
+    extended.map(parse).collect()
 }
 
 /// The extension `name` of what `part` finds in each element of the list `key`.

@@ -4,11 +4,13 @@
 //! file may take of memory and time is bounded.
 
 mod accessor;
+mod appearance;
 mod document;
 mod draco;
 mod elements;
 mod extensions;
 pub(super) mod files;
+mod glossiness;
 mod guard;
 mod instancing;
 mod material;
@@ -23,7 +25,7 @@ mod texture;
 pub(super) mod used;
 mod views;
 
-use super::assemble::{label, quoted, warn};
+use super::assemble::{DEFAULT, label, quoted, warn};
 use super::view::DesignedView;
 use super::{Parsed, Scene, camera};
 use crate::{Error, Result};
@@ -31,6 +33,7 @@ use accessor::Accessors;
 use document::Document;
 use files::{Buffer, FilePart};
 use glam::DMat4;
+use glossiness::Conversion;
 use gltf::json::Root;
 use gltf::json::extras::RawValue;
 use material::Materials;
@@ -84,12 +87,13 @@ fn parse(path: &Path, access: FileAccess) -> Parsed<Scene> {
             .add(node)
             .map_err(|fault| format!("{}: {fault}", node_label(&document.root, node)))?;
     }
-    let (mut scene, textures) = loader.finish()?;
+    let (mut scene, textures, conversions) = loader.finish()?;
     let source = texture::Source {
         root: &document.root,
         extensions: &document.extensions,
         buffers: &buffers,
         resources: &mut resources,
+        conversions: &conversions,
     };
     let textures = texture::load(source, &textures, &mut scene.warnings)?;
     scene.textures = texture::give(textures, &mut scene.materials);
@@ -281,7 +285,7 @@ impl<'a> Loader<'a> {
     }
 
     /// The scene but for its textures, and what these are.
-    fn finish(self) -> Parsed<(Scene, Vec<texture::Key>)> {
+    fn finish(mut self) -> Parsed<(Scene, Vec<texture::Key>, Vec<Conversion>)> {
         let mut scene = self.scene;
         if self.without_triangles > 0 {
             let count = self.without_triangles;
@@ -293,9 +297,11 @@ impl<'a> Loader<'a> {
         if scene.instances.is_empty() {
             return Err("its scene has no triangles".into());
         }
+        let has_default = scene.meshes.iter().any(|mesh| mesh.material == DEFAULT);
+        self.materials.settle(has_default, &mut scene.warnings);
         scene.materials = self.materials.list;
         scene.add_default_material();
-        Ok((scene, self.materials.textures))
+        Ok((scene, self.materials.textures, self.materials.conversions))
     }
 }
 

@@ -2,12 +2,13 @@
 
 use super::extensions::Extensions;
 use super::files::Buffer;
+use super::glossiness::{Conversion, Part};
 use super::picture::Picture;
 use super::resources::Resources;
 use super::views::view_bytes;
 use super::{Parsed, label, quoted, warn};
 use crate::scene::mips::{MAX_PIXELS, mips};
-use crate::scene::{Material, Texture, TextureLevel, TextureRef, Wrap};
+use crate::scene::{Material, Texture, TextureRef, Wrap};
 use gltf::json::Root;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -18,12 +19,31 @@ const READS_OF_BYTES: u64 = 16;
 /// An image as a material uses it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
-    /// Index of the glTF image.
-    pub image: usize,
+    /// What it shows.
+    pub content: Content,
     /// Whether RGB is sRGB-encoded.
     pub srgb: bool,
     /// Horizontal and vertical wrap.
     pub wrap: [Wrap; 2],
+}
+
+/// What a texture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Content {
+    /// The glTF image of that index.
+    Image(usize),
+    /// A part of what is made by the conversion of that index.
+    Converted(usize, Part),
+}
+
+impl Content {
+    /// Indices of its images.
+    fn images(self, conversions: &[Conversion]) -> [Option<usize>; 2] {
+        match self {
+            Self::Image(image) => [Some(image), None],
+            Self::Converted(index, _) => [conversions[index].diffuse, conversions[index].specular],
+        }
+    }
 }
 
 /// The file that images are read from.
@@ -32,6 +52,8 @@ pub struct Source<'a, 'r> {
     pub extensions: &'a Extensions,
     pub buffers: &'a [Buffer],
     pub resources: &'a mut Resources<'r>,
+    /// What [`Content::Converted`] names.
+    pub conversions: &'a [Conversion],
 }
 
 /// Decodes what `keys` name, each image once, and builds the mip chains. `None`, with a warning, stands for
@@ -41,8 +63,9 @@ pub fn load(
     keys: &[Key],
     warnings: &mut Vec<String>,
 ) -> Parsed<Vec<Option<Texture>>> {
-    let Source { root, extensions, buffers, resources } = source;
-    let mut images: Vec<usize> = keys.iter().map(|key| key.image).collect();
+    let Source { root, extensions, buffers, resources, conversions } = source;
+    let used = || keys.iter().flat_map(|key| key.content.images(conversions)).flatten();
+    let mut images: Vec<usize> = used().collect();
     images.sort_unstable();
     images.dedup();
     let mut pictures = Vec::with_capacity(images.len());
@@ -54,7 +77,7 @@ pub fn load(
         let picture = Picture::of(bytes);
         if let Ok(picture) = &picture {
             let [width, height] = picture.size().map_err(name)?.map(u64::from);
-            let uses = keys.iter().filter(|key| key.image == image).count() as u64;
+            let uses = used().filter(|&other| other == image).count() as u64;
             pixels += width * height * (uses + 1);
         }
         if pixels > MAX_PIXELS {
@@ -77,15 +100,22 @@ pub fn load(
             None => warn(warnings, format!("{label} is left out: {fault}")),
         }
     }
+    let level = |image: usize| {
+        let at = images.partition_point(|&other| other < image);
+        decoded[at].as_ref().ok()
+    };
     let texture = |key: &Key| {
-        let at = images.partition_point(|&image| image < key.image);
-        let level: &TextureLevel = decoded[at].as_ref().ok()?;
-        Some(Texture {
-            name: label(root.images[key.image].name.as_deref()),
-            srgb: key.srgb,
-            wrap: key.wrap,
-            levels: mips(level.clone(), key.srgb),
-        })
+        let (name, full) = match key.content {
+            Content::Image(image) => {
+                (label(root.images[image].name.as_deref()), level(image)?.clone())
+            }
+            Content::Converted(index, part) => {
+                let [diffuse, specular] =
+                    key.content.images(conversions).map(|i| i.and_then(level));
+                (String::new(), conversions[index].level(diffuse, specular, part))
+            }
+        };
+        Some(Texture { name, srgb: key.srgb, wrap: key.wrap, levels: mips(full, key.srgb) })
     };
     Ok(keys.par_iter().map(texture).collect())
 }
