@@ -209,3 +209,23 @@ fn broken_pictures_have_their_warning() {
         }
     }
 }
+
+#[test]
+fn the_program_designs_lights_for_what_gltf_transform_makes() {
+    for variant in ["optimized", "optimized-draco"] {
+        let source = CORPUS.path().join(format!("still-life-{variant}.glb"));
+        let out = tempfile::tempdir().expect("a folder");
+        let program = assert_cmd::Command::cargo_bin("klieg")
+            .expect("the program")
+            .arg("design")
+            .arg(source)
+            .args(["--size", "64x64", "--device", "cpu", "--generations", "2", "--population", "6"])
+            .arg("--out")
+            .arg(out.path())
+            .assert()
+            .success();
+        let said = String::from_utf8_lossy(&program.get_output().stderr).into_owned();
+        assert!(!said.contains("warning"), "{said}");
+        load(&out.path().join("lit.glb")).expect("a lit scene");
+    }
+}

@@ -213,6 +213,13 @@ fn instances_stand_where_their_attributes_say() {
             assert!((found - expected).abs() < 1e-6, "{found} {expected}");
         }
     }
+    // Zeros, for as many instances as a small file may not have.
+    let mut many = file.clone();
+    for accessor in [translations, rotations, scales] {
+        many.json["accessors"][accessor].as_object_mut().unwrap().remove("bufferView");
+        many.json["accessors"][accessor]["count"] = json!(1_000_000);
+    }
+    assert!(many.fault().contains("more vertices and indices than klieg reads"));
     file.json["accessors"][scales]["count"] = json!(1);
     let fault = file.fault();
     assert!(

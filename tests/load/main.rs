@@ -5,6 +5,7 @@ mod faults;
 mod file;
 mod geometry;
 mod materials;
+mod models;
 mod outside;
 mod pictures;
 mod stage;

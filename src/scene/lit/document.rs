@@ -1,11 +1,12 @@
 //! A glTF file as it stands: raw JSON and one binary chunk, so that what klieg does not know stays
 //! untouched. Containers: glTF 2.0 specification, section 4 (GLB).
 
-use crate::scene::load::FileAccess;
 use crate::scene::load::files::{MAX_BYTES, read, split};
+use crate::scene::load::models;
 use crate::scene::load::picture::KTX2;
 use crate::scene::load::resources::{Resources, is_data};
 use crate::scene::load::used::Used;
+use crate::scene::load::{FileAccess, Orientation};
 use crate::{Error, Result};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -27,12 +28,17 @@ pub struct Document {
 }
 
 impl Document {
-    /// Reads a .gltf or .glb file, told apart by their first bytes.
+    /// Reads a .gltf or .glb file, told apart by their first bytes, or what a file of triangles amounts to.
     ///
     /// # Errors
-    /// [`Error::Input`] when it cannot be read or is not glTF.
-    pub fn read(source: &Path) -> Result<Self> {
+    /// [`Error::Input`] when it cannot be read or is none of these.
+    pub fn read(source: &Path, orientation: &Orientation) -> Result<Self> {
         let fault = |fault: String| Error::input(source, fault);
+        if let Some(model) = models::read(source, orientation).map_err(fault)? {
+            let models::Model { root, bin } = model;
+            let root = root.as_object().cloned().unwrap_or_default();
+            return Ok(Self { root, binary: Some(bin), source: source.to_owned() });
+        }
         let bytes = read(source, MAX_BYTES).map_err(fault)?;
         let (json, binary) = split(&bytes).map_err(fault)?;
         let root = serde_json::from_slice(json)

@@ -8,6 +8,9 @@ use gltf::json::Index;
 use gltf::json::accessor::Type;
 use std::collections::BTreeMap;
 
+/// What an instance costs of the elements that a file may have, as it takes more memory than a vertex.
+const ELEMENTS_OF_INSTANCE: usize = 32;
+
 /// Where a node's instances stand in its space, of the accessors by attribute; attributes other than
 /// `TRANSLATION`, `ROTATION` and `SCALE` do not move them.
 pub fn places(accessors: &Accessors, attributes: &BTreeMap<String, usize>) -> Parsed<Vec<DMat4>> {
@@ -26,7 +29,7 @@ pub fn places(accessors: &Accessors, attributes: &BTreeMap<String, usize>) -> Pa
     if counts.iter().flatten().any(|&other| other != count) {
         return Err("its attributes differ in their number of elements".into());
     }
-    accessors.charge(count)?;
+    accessors.charge(count.saturating_mul(ELEMENTS_OF_INSTANCE))?;
     let place = |at| {
         let vector = |elements: &Option<Elements>, default| {
             elements.as_ref().map_or(default, |e| Vec3::from(e.floats(at)).as_dvec3())

@@ -1,4 +1,4 @@
-//! glTF 2.0 files (`.gltf` and `.glb`) to a [`Scene`].
+//! glTF 2.0 files (`.gltf` and `.glb`), and PLY, STL and OBJ as the glTF that they amount to, to a [`Scene`].
 //!
 //! Files are not trusted: every index, offset and count is checked before it is used, and what a
 //! file may take of memory and time is bounded.
@@ -16,6 +16,7 @@ mod instancing;
 mod material;
 mod mesh;
 mod meshopt;
+pub(super) mod models;
 mod nodes;
 pub(super) mod picture;
 mod pose;
@@ -31,12 +32,13 @@ use super::{Parsed, Scene, camera};
 use crate::{Error, Result};
 use accessor::Accessors;
 use document::Document;
-use files::{Buffer, FilePart};
+use files::Buffer;
 use glam::DMat4;
 use glossiness::Conversion;
 use gltf::json::Root;
 use gltf::json::extras::RawValue;
 use material::Materials;
+pub use models::{Orientation, Up};
 use nodes::Nodes;
 use pose::Pose;
 pub use resources::FileAccess;
@@ -54,29 +56,50 @@ pub fn load(path: &Path) -> Result<Scene> {
     load_with(path, FileAccess::SceneFolder)
 }
 
-/// Loads the default scene of a glTF file, which may name the files that `access` allows.
+/// How a file is read.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Reading {
+    /// The files that it may name.
+    pub access: FileAccess,
+    /// How a PLY, STL or OBJ file stands in the world.
+    pub orientation: Orientation,
+}
+
+impl From<FileAccess> for Reading {
+    fn from(access: FileAccess) -> Self {
+        Self { access, ..Self::default() }
+    }
+}
+
+/// Loads the default scene of a glTF file, or the triangles of a PLY, STL or OBJ file.
 ///
 /// Meshes stand in the pose of the file's nodes and default morph weights. What cannot be drawn as
 /// the file says is listed in [`Scene::warnings`].
 ///
 /// # Errors
 /// [`Error::Input`] names the file and its fault.
-pub fn load_with(path: &Path, access: FileAccess) -> Result<Scene> {
+pub fn load_with(path: &Path, reading: impl Into<Reading>) -> Result<Scene> {
     let fault = |fault| Error::input(path, fault);
-    let mut scene = parse(path, access).map_err(fault)?;
+    let mut scene = parse(path, reading.into()).map_err(fault)?;
     scene.path = path.to_owned();
     // Says whether there is any extent to look at.
     super::view::bounds(&scene)?;
     Ok(scene)
 }
 
-fn parse(path: &Path, access: FileAccess) -> Parsed<Scene> {
+fn parse(path: &Path, reading: Reading) -> Parsed<Scene> {
     let mut warnings = Vec::new();
-    let (json, bin) = files::open(path)?;
+    let (json, bin) = match models::read(path, &reading.orientation)? {
+        Some(model) => (model.json(), Some(Buffer::Memory(model.bin))),
+        None => {
+            let (json, bin) = files::open(path)?;
+            (json, bin.map(Buffer::File))
+        }
+    };
     let document = document::parse(&json, &mut warnings)?;
-    let used = json.len() as u64 + bin.as_ref().map_or(0, FilePart::len);
+    let used = json.len() as u64 + bin.as_ref().map_or(0, Buffer::len);
     drop(json);
-    let mut resources = Resources::new(path, access, used);
+    let mut resources = Resources::new(path, reading.access, used);
     let buffers = buffers(&document, bin, &mut resources)?;
     let nodes = nodes::place(&document)?;
     let accessors = Accessors::new(&document, &buffers);
@@ -105,7 +128,7 @@ fn parse(path: &Path, access: FileAccess) -> Parsed<Scene> {
 /// they name.
 fn buffers(
     document: &Document,
-    mut bin: Option<FilePart>,
+    mut bin: Option<Buffer>,
     resources: &mut Resources,
 ) -> Parsed<Vec<Buffer>> {
     let mut open = |(index, buffer): (usize, &gltf::json::Buffer)| {
@@ -115,7 +138,7 @@ fn buffers(
         }
         let content = match (&buffer.uri, index) {
             (Some(uri), _) => resources.open(uri).map(Some),
-            (None, 0) => Ok(bin.take().map(Buffer::File)),
+            (None, 0) => Ok(bin.take()),
             _ => Ok(None),
         };
         let missing = || "it has neither a URI nor a GLB chunk".to_owned();
