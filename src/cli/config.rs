@@ -14,7 +14,7 @@ use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::{self, GeneticSettings, GreedySettings, StartSettings};
 use crate::render::{self, Background};
-use crate::scene::load::FileAccess;
+use crate::scene::load::{FileAccess, Orientation, Reading, Up};
 use crate::{Error, Result};
 use clap::ValueEnum;
 use serde::de;
@@ -33,6 +33,10 @@ pub struct Settings {
     pub device: Device,
     /// Whether scenes may name files outside their folders.
     pub allow_outside: bool,
+    /// Metres of a unit in PLY, STL and OBJ files; the format's usual ones where absent.
+    pub units: Option<f64>,
+    /// The axis that points upwards in them; the format's usual one where absent.
+    pub up: Option<Up>,
     /// How Vulkan devices make the pictures.
     pub pipeline: Pipeline,
     /// Memory of a Vulkan device for the pictures of a population, MiB; half of the device's where absent.
@@ -199,6 +203,8 @@ impl Settings {
             seed: 0,
             device: Device::default(),
             allow_outside: false,
+            units: None,
+            up: None,
             pipeline: Pipeline::default(),
             memory: None,
             view: ViewSettings::default(),
@@ -259,9 +265,11 @@ impl Settings {
         self.objective.background = self.picture.background.and_then(Background::luminance);
     }
 
-    /// The files that scenes may name.
-    pub fn access(&self) -> FileAccess {
-        if self.allow_outside { FileAccess::Anywhere } else { FileAccess::SceneFolder }
+    /// How scenes are read.
+    pub fn reading(&self) -> Reading {
+        let access =
+            if self.allow_outside { FileAccess::Anywhere } else { FileAccess::SceneFolder };
+        Reading { access, orientation: Orientation { units: self.units, up: self.up } }
     }
 
     /// The genome of the lights that are searched.
@@ -275,6 +283,9 @@ impl Settings {
     /// # Errors
     /// [`Error::Argument`] that names the first setting out of its range.
     pub fn check(&self) -> Result<()> {
+        if self.units.is_some_and(|units| !(units.is_finite() && units > 0.0)) {
+            return Err(Error::Argument("units are metres of a unit: a number above 0".into()));
+        }
         if self.memory == Some(0) {
             return Err(Error::Argument("memory is 0 MiB: pictures need 1 or more".into()));
         }

@@ -184,8 +184,8 @@ pub(super) fn write(
     };
     staging.write("report.html", sheet.render()?)?;
     let lit = staging.path(LIT);
-    let (source, access) = (&session.scene.path, session.settings.access());
-    scene::lit::write(source, access, &session.view, &outcome.rig, &lit)?;
+    let (source, reading) = (&session.scene.path, session.settings.reading());
+    scene::lit::write(source, reading, &session.view, &outcome.rig, &lit)?;
     staging.write("convergence.csv", csv::convergence(&outcome.history)?)?;
     let plot = plot::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
     staging.write("convergence.svg", plot)?;

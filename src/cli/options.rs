@@ -9,13 +9,14 @@ use crate::Result;
 use crate::design::profile::Profile;
 use crate::lighting::LightKind;
 use crate::lighting::shading::Brdf;
+use crate::scene::load::Up;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 /// The scene, how it is looked at, and how pictures are judged.
 #[derive(Debug, Args)]
 pub(super) struct SceneOptions {
-    /// glTF scene: a .gltf or .glb file
+    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one
     pub scene: PathBuf,
     #[command(flatten)]
     look: LookOptions,
@@ -55,12 +56,36 @@ pub(super) struct LookOptions {
     /// URIs, or over symbolic links; what they name may come to stand in lit.glb
     #[arg(long)]
     allow_outside: bool,
+    /// Metres of a unit in a PLY, STL or OBJ file [default: 1; STL: 0.001]
+    #[arg(long, value_name = "METRES")]
+    units: Option<f64>,
+    /// The axis that points upwards in a PLY, STL or OBJ file [default: y; STL: z]
+    #[arg(long, value_name = "y|z")]
+    up: Option<UpAxis>,
     /// Read settings from a TOML file; options on the command line go before them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
     /// Whether lights cast shadows [default: the profile's; natural: on]
     #[arg(long, value_name = "on|off")]
     shadows: Option<Shadows>,
+}
+
+/// The axis that points upwards.
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+enum UpAxis {
+    /// As in glTF
+    Y,
+    /// As in most programs that construct
+    Z,
+}
+
+impl From<UpAxis> for Up {
+    fn from(axis: UpAxis) -> Self {
+        match axis {
+            UpAxis::Y => Self::Y,
+            UpAxis::Z => Self::Z,
+        }
+    }
 }
 
 /// Whether lights cast shadows.
@@ -174,6 +199,8 @@ impl LookOptions {
             ..ViewSettings::default()
         });
         settings.allow_outside |= self.allow_outside;
+        settings.units = self.units.or(settings.units);
+        settings.up = self.up.map(Up::from).or(settings.up);
         if let Some(brdf) = self.brdf {
             settings.shading.brdf = brdf.into();
         }

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 /// (KHR_lights_punctual), those of a result.json, or a usual rig.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// glTF scene: a .gltf or .glb file
+    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one
     scene: PathBuf,
     /// The picture, a PNG file; its folder is created where absent
     #[arg(long, value_name = "FILE.png")]
@@ -50,7 +50,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<()> {
     settings.view.size = options.size.or(settings.view.size);
     options.picture.apply(&mut settings);
     settings.check()?;
-    let scene = session::load(&options.scene, settings.access())?;
+    let scene = session::load(&options.scene, settings.reading())?;
     let view = session::view(&scene, &settings.view)?;
     let rig = lights(options, &scene, &view)?;
     let file = File::new(&options.scene, &options.out)?;

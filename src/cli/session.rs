@@ -18,7 +18,7 @@ use crate::render::{BACKGROUND, Picture};
 use crate::report::exhibit::Studio;
 use crate::report::json::{Header, SceneLights, Timing};
 use crate::scene::framing::{Framing, frame};
-use crate::scene::load::FileAccess;
+use crate::scene::load::Reading;
 use crate::scene::view::{Camera, View};
 use crate::scene::{self, Scene};
 use crate::study::Subject;
@@ -110,9 +110,9 @@ impl Loaded {
     ///
     /// # Errors
     /// [`crate::Error::Input`].
-    pub fn read(path: &Path, access: FileAccess) -> crate::Result<Self> {
+    pub fn read(path: &Path, reading: Reading) -> crate::Result<Self> {
         let start = Instant::now();
-        let scene = Arc::new(scene::load::load_with(path, access)?);
+        let scene = Arc::new(scene::load::load_with(path, reading)?);
         Ok(Self { scene, load: milliseconds(start) })
     }
 }
@@ -124,7 +124,7 @@ impl Session {
     /// Faults of the settings, the file and the device.
     pub fn open(path: &Path, settings: Settings) -> Result<Self> {
         settings.check()?;
-        let loaded = Loaded::read(path, settings.access())?;
+        let loaded = Loaded::read(path, settings.reading())?;
         warn(&loaded.scene.warnings);
         let begin = Instant::now();
         let device = device::open(&settings.device, &settings)?;
@@ -230,8 +230,8 @@ impl Studio for Session {
 ///
 /// # Errors
 /// [`crate::Error::Input`].
-pub(super) fn load(path: &Path, access: FileAccess) -> Result<Scene> {
-    let scene = scene::load::load_with(path, access)?;
+pub(super) fn load(path: &Path, reading: Reading) -> Result<Scene> {
+    let scene = scene::load::load_with(path, reading)?;
     warn(&scene.warnings);
     Ok(scene)
 }

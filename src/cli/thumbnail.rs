@@ -31,7 +31,7 @@ const SHADOW_SIDE: u32 = 15;
 /// CPU. The same file gives the same picture.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// glTF scene: a .gltf or .glb file
+    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one
     scene: PathBuf,
     /// The picture, a PNG file; its folder is created where absent
     out: PathBuf,
@@ -52,7 +52,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     settings.check()?;
     let genome = settings.genome()?;
     let file = File::new(&options.scene, &options.out)?;
-    let loaded = Loaded::read(&options.scene, settings.access())?;
+    let loaded = Loaded::read(&options.scene, settings.reading())?;
     warn(&loaded.scene.warnings);
     let device = device::open(&settings.device, &settings)?;
     let mut session = Session::on(&device, loaded, settings, begin)?;

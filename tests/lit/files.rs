@@ -5,8 +5,8 @@ use super::fixtures::{
 };
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use klieg::scene::lit;
-use klieg::scene::load::{FileAccess, load};
+use klieg::scene::load::{FileAccess, Orientation, Reading, Up, load, load_with};
+use klieg::scene::{Scene, lit};
 use serde_json::json;
 
 #[test]
@@ -73,4 +73,42 @@ fn files_outside_the_scene_s_folder_are_taken_in_only_where_allowed() {
         load(&out).expect("the lit scene");
         std::fs::remove_file(&out).expect("the lit scene");
     }
+}
+
+/// A picture that nobody can show is no fault of the lights: it stays as it is.
+#[test]
+fn pictures_in_no_known_format_are_taken_in_as_they_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write(folder.path(), "positions.bin", &positions());
+    write(folder.path(), "odd.bin", b"no picture");
+    let mut root = triangle();
+    root["buffers"][0]["uri"] = "positions.bin".into();
+    root["images"] = json!([{ "uri": "odd.bin" }]);
+    root["textures"] = json!([{ "source": 0 }]);
+    let source = write(folder.path(), "a.gltf", root.to_string().as_bytes());
+    let out = folder.path().join("out.glb");
+    lit::write(&source, FileAccess::SceneFolder, &views()[0], &rig(), &out).expect("a lit scene");
+    let (root, _) = parse_glb(&std::fs::read(&out).expect("the lit scene"));
+    let encoded = STANDARD.encode(b"no picture");
+    assert_eq!(root["images"][0]["uri"], format!("data:application/octet-stream;base64,{encoded}"));
+    load(&out).expect("the lit scene");
+}
+
+/// Files of triangles become glTF that stands where they were scored.
+#[test]
+fn triangles_become_gltf() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let orientation = Orientation { units: Some(0.25), up: Some(Up::Z) };
+    let reading = Reading { orientation, ..Reading::default() };
+    let obj = b"o plate\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 1\nf 1 2 3 4\n";
+    let source = write(folder.path(), "plate.obj", obj);
+    let out = folder.path().join("out.glb");
+    lit::write(&source, reading, &views()[0], &rig(), &out).expect("a lit scene");
+    let (scene, lit_scene) = (load_with(&source, reading).expect("a scene"), load(&out));
+    let corners = |scene: &Scene| -> Vec<_> { (0..2).map(|t| scene.corners(0, t)).collect() };
+    let lit_scene = lit_scene.expect("the lit scene");
+    assert_eq!(corners(&scene), corners(&lit_scene));
+    assert_eq!(lit_scene.lights.len(), rig().len());
+    let reports = super::validator::validate(&[out]);
+    assert_eq!(super::validator::codes(&reports[0], 1), Vec::<&str>::new(), "{reports:#?}");
 }

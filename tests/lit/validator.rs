@@ -9,13 +9,13 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// The validator's reports on some files.
-fn validate(files: &[PathBuf]) -> Vec<Value> {
+pub fn validate(files: &[PathBuf]) -> Vec<Value> {
     let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
     serde_json::from_slice(&npm::run("validator", "validate.mjs", &files)).expect("JSON")
 }
 
 /// Codes of a report's issues up to a severity: 0 errors, 1 warnings, 2 and 3 hints.
-fn codes(report: &Value, severity: u64) -> Vec<&str> {
+pub fn codes(report: &Value, severity: u64) -> Vec<&str> {
     let messages = report["messages"].as_array().expect("messages");
     let mut codes: Vec<_> = messages
         .iter()

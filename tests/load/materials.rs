@@ -3,11 +3,11 @@
 use crate::file::*;
 use klieg::scene::framing::{Framing, frame};
 use klieg::scene::view::View;
-use klieg::scene::{Material, Wrap};
-use serde_json::json;
+use klieg::scene::{Material, Scene, Wrap};
+use serde_json::{Value, json};
 
 /// The textured square with a material whose base colour texture is a picture.
-fn pictured(picture: &[u8]) -> File {
+pub fn pictured(picture: &[u8]) -> File {
     let mut file =
         File::textured(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
     let view = file.view(picture);
@@ -57,8 +57,101 @@ fn what_has_just_the_alpha_of_the_cutoff_is_solid() {
     assert!(solid > 1000);
     for mode in ["MASK", "BLEND"] {
         assert_eq!(pixels(0.5, mode), solid, "{mode}");
-        assert_eq!(pixels(0.498, mode), 0, "{mode}");
     }
+    assert_eq!(pixels(0.498, "MASK"), 0);
+    assert_eq!(pixels(0.498, "BLEND"), solid, "there is nothing else to see");
+}
+
+/// The square in the given material in front of one in the default material, or not.
+fn beside(material: Value, has_default: bool) -> Scene {
+    let mut file = File::textured(material);
+    if has_default {
+        let mut primitive = file.primitive().clone();
+        primitive.as_object_mut().unwrap().remove("material");
+        file.mesh(primitive);
+    }
+    file.scene()
+}
+
+#[test]
+fn what_one_sees_through_is_drawn_only_where_there_is_nothing_else() {
+    let glass = json!({"name": "glass",
+        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.9}}});
+    let veil = json!({"name": "veil", "alphaMode": "BLEND",
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.2]}});
+    for material in [glass, veil] {
+        let scene = beside(material.clone(), true);
+        let drawn = &scene.materials[0];
+        assert!(drawn.alpha_cutoff > drawn.base_color[3], "{material}");
+        assert!(!scene.warnings.iter().any(|w| w.contains("as all else")), "{:?}", scene.warnings);
+        let alone = beside(material, false);
+        assert_eq!(alone.materials[0].alpha_cutoff, 0.0);
+        assert!(alone.warnings[1].contains("transparent as all else"), "{:?}", alone.warnings);
+    }
+}
+
+#[test]
+fn what_is_unlit_shines_by_itself_unless_all_does() {
+    let sign = json!({"name": "sign", "extensions": {"KHR_materials_unlit": {}},
+        "pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.4, 0.6, 1], "metallicFactor": 1}});
+    let scene = beside(sign.clone(), true);
+    let drawn = &scene.materials[0];
+    assert_eq!((drawn.emissive, drawn.base_color), ([0.2, 0.4, 0.6], [0.0, 0.0, 0.0, 1.0]));
+    assert_eq!((drawn.metallic, drawn.roughness), (0.0, 1.0));
+    let alone = beside(sign, false);
+    assert_eq!(alone.materials[0].base_color, [0.2, 0.4, 0.6, 1.0]);
+    assert!(alone.warnings[0].contains("'sign' is unlit: drawn lit"), "{:?}", alone.warnings);
+}
+
+#[test]
+fn extensions_change_the_factors() {
+    let scene = beside(
+        json!({"pbrMetallicRoughness": {"metallicFactor": 0}, "extensions": {
+            "KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.2},
+            "KHR_materials_sheen": {"sheenColorFactor": [0, 0, 0]},
+            "KHR_materials_ior": {"ior": 1.45}, "KHR_materials_specular": {"specularFactor": 0.5}}}),
+        false,
+    );
+    let drawn = &scene.materials[0];
+    assert!((drawn.roughness - 0.2).abs() < 1e-6);
+    assert_eq!((drawn.base_color, drawn.metallic), ([1.0; 4], 0.0));
+    let broken = json!({"extensions": {"KHR_materials_ior": {"ior": "glass"}}});
+    assert!(File::textured(broken).fault().contains("materials[0].extensions"));
+}
+
+#[test]
+fn specular_and_glossiness_become_metallic_and_roughness() {
+    let name = "KHR_materials_pbrSpecularGlossiness";
+    let gold = json!({"diffuseFactor": [0, 0, 0, 0.7], "specularFactor": [0.9, 0.6, 0.2],
+        "glossinessFactor": 0.8});
+    let scene = beside(json!({"extensions": {name: gold}}), false);
+    let drawn = &scene.materials[0];
+    for (found, expected) in drawn.base_color.into_iter().zip([0.9, 0.6, 0.2, 0.7]) {
+        assert!((found - expected).abs() < 1e-3, "{:?}", drawn.base_color);
+    }
+    assert!((drawn.metallic - 1.0).abs() < 1e-3 && (drawn.roughness - 0.2).abs() < 1e-6);
+
+    // The left texel is a rough red plastic, the right one polished gold.
+    let mut file = File::textured(json!({"extensions": {name: {
+        "diffuseTexture": {"index": 0}, "specularGlossinessTexture": {"index": 1}}}}));
+    for texels in [[200, 20, 20, 255, 0, 0, 0, 255], [56, 56, 56, 0, 240, 200, 100, 255]] {
+        let view = file.view(&png(2, 1, &texels));
+        let image = file.push("images", json!({"bufferView": view}));
+        file.push("textures", json!({"source": image}));
+    }
+    let scene = file.scene();
+    let drawn = &scene.materials[0];
+    let texels = |texture: Option<klieg::scene::TextureRef>| {
+        let texture = &scene.textures[texture.unwrap().texture as usize];
+        (texture.srgb, texture.levels[0].texels.clone())
+    };
+    let (srgb, base) = texels(drawn.base_color_texture);
+    assert!(srgb && base[0][0].abs_diff(200) <= 2 && base[1][1].abs_diff(200) <= 3, "{base:?}");
+    let (srgb, rest) = texels(drawn.metallic_roughness_texture);
+    assert!(!srgb && rest[0][1] == 255 && rest[1][1] == 0, "{rest:?}");
+    assert!(rest[0][2] < 10 && rest[1][2] > 245, "{rest:?}");
+    assert_eq!((drawn.base_color, drawn.metallic, drawn.roughness), ([1.0; 4], 1.0, 1.0));
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
 }
 
 #[test]
@@ -102,32 +195,10 @@ fn warnings_end_somewhere() {
 fn an_optional_extension_is_warned_of_once() {
     let mut file = File::square();
     file.json["extensionsUsed"] =
-        json!(["KHR_materials_clearcoat", "KHR_materials_clearcoat", "KHR_lights_punctual"]);
+        json!(["KHR_materials_iridescence", "KHR_materials_iridescence", "KHR_lights_punctual"]);
     let warnings = file.scene().warnings;
     assert_eq!(warnings.len(), 1, "{warnings:?}");
-    assert!(warnings[0].contains("'KHR_materials_clearcoat'"));
-}
-
-#[test]
-fn pictures_of_every_kind() {
-    let rgba = pictured(&png(1, 1, &[1, 2, 3, 4])).scene();
-    assert_eq!(rgba.textures[0].levels[0].texels, [[1, 2, 3, 4]]);
-    assert!(rgba.textures[0].srgb);
-
-    let encode = |image: image::DynamicImage, format| {
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        image.write_to(&mut bytes, format).unwrap();
-        pictured(&bytes.into_inner()).scene().textures[0].levels[0].texels[0]
-    };
-    use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, LumaA, Rgb};
-    let grey = DynamicImage::ImageLuma8(ImageBuffer::from_pixel(3, 2, Luma([77])));
-    assert_eq!(encode(grey, ImageFormat::Png), [77, 77, 77, 255]);
-    let alpha = DynamicImage::ImageLumaA8(ImageBuffer::from_pixel(1, 1, LumaA([9, 8])));
-    assert_eq!(encode(alpha, ImageFormat::Png), [9, 9, 9, 8]);
-    let deep = ImageBuffer::from_pixel(1, 1, Rgb([65535u16, 257 * 100, 0]));
-    assert_eq!(encode(DynamicImage::ImageRgb16(deep), ImageFormat::Png), [255, 100, 0, 255]);
-    let jpeg = DynamicImage::ImageRgb8(ImageBuffer::from_pixel(8, 8, Rgb([200, 200, 200])));
-    assert!(encode(jpeg, ImageFormat::Jpeg)[0].abs_diff(200) <= 2);
+    assert!(warnings[0].contains("'KHR_materials_iridescence'"));
 }
 
 #[test]
@@ -212,33 +283,4 @@ fn textures_without_their_coordinates_are_left_out() {
             scene.warnings
         );
     }
-}
-
-#[test]
-fn pictures_that_cannot_be_read_are_errors_that_name_them() {
-    let file = pictured(b"RIFF0000WEBPVP8 ");
-    let fault = file.fault();
-    assert!(fault.contains("image 0 'picture'") && fault.contains("PNG"), "{fault}");
-    let truncated = png(64, 64, &[7; 64 * 64 * 4]);
-    let fault = pictured(&truncated[..truncated.len() / 2]).fault();
-    assert!(fault.contains("picture") && fault.contains("decoded"), "{fault}");
-    // A header that claims more pixels than are read.
-    let mut bomb = png(1, 1, &[0; 4]);
-    bomb[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
-    let crc = crc32(&bomb[12..29]);
-    bomb[29..33].copy_from_slice(&crc.to_be_bytes());
-    let fault = pictured(&bomb).fault();
-    assert!(fault.contains("picture"), "{fault}");
-
-    let mut file = pictured(&png(1, 1, &[9; 4]));
-    file.json["images"][0] = json!({"uri": "missing%20picture.png"});
-    let fault = file.fault();
-    assert!(fault.contains("missing%20picture.png") && fault.contains("not found"), "{fault}");
-}
-
-/// CRC-32 of a PNG chunk.
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |c, _| (c >> 1) ^ (0xEDB8_8320 & (c & 1).wrapping_neg()))
-    })
 }

@@ -69,7 +69,7 @@ pub fn gather(inputs: &[PathBuf], out: &Path, settings: &Settings) -> Result<Vec
         } else if has_extension(input, &["txt"]) {
             gathered.text(input)?;
         } else if input.exists() {
-            let fault = "is neither a folder, a .gltf or .glb file, nor a list (.toml or .txt)";
+            let fault = "is neither a folder, a scene (.gltf, .glb, .ply, .stl or .obj), nor a list (.toml or .txt)";
             return Err(Error::input(input, fault));
         } else {
             return Err(Error::input(input, "file not found"));
@@ -129,7 +129,10 @@ impl<'a> Gathered<'a> {
         let mut found = Vec::new();
         walk(root, &mut out.into_iter().collect(), &mut found)?;
         if found.is_empty() {
-            return Err(Error::input(root, "there is no .gltf or .glb file in it"));
+            return Err(Error::input(
+                root,
+                "there is no .gltf, .glb, .ply, .stl or .obj file in it",
+            ));
         }
         for path in found {
             self.scene(&path, path.strip_prefix(root).unwrap_or(&path));
@@ -264,7 +267,7 @@ fn beside(list: &Path, path: &Path) -> PathBuf {
 }
 
 fn is_scene(path: &Path) -> bool {
-    has_extension(path, &["gltf", "glb"])
+    has_extension(path, &["gltf", "glb", "ply", "stl", "obj"])
 }
 
 fn has_extension(path: &Path, extensions: &[&str]) -> bool {

@@ -16,7 +16,7 @@ use super::{describe, print};
 use crate::Error;
 use crate::design::{Progress, profile};
 use crate::report::Staging;
-use crate::scene::load::FileAccess;
+use crate::scene::load::Reading;
 use anyhow::{Context, Result};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -36,7 +36,7 @@ use std::time::{Duration, Instant};
 /// designs stay.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// Folders, searched for .gltf and .glb files, such files, and lists: a .txt file with a path in
+    /// Folders, searched for .gltf, .glb, .ply, .stl and .obj files, such files, and lists: a .txt file with a path in
     /// each line, or a .toml file of [[item]] tables with 'scene' and, where it differs, 'name',
     /// 'camera', 'azimuth', 'elevation', 'fov', 'fill', 'size', 'lights', 'kind' and 'seed'
     #[arg(required = true, value_name = "FOLDER|LIST|SCENE")]
@@ -125,8 +125,8 @@ struct Ready {
 }
 
 impl Ready {
-    fn read(path: &Path, access: FileAccess) -> crate::Result<Self> {
-        let scene = Loaded::read(path, access)?;
+    fn read(path: &Path, reading: Reading) -> crate::Result<Self> {
+        let scene = Loaded::read(path, reading)?;
         Ok(Self { files: FileStamp::all(&scene.scene)?.into(), scene })
     }
 }
@@ -142,8 +142,8 @@ impl Batch<'_> {
             // Without a buffer, the thread waits with one scene at hand.
             let (sender, scenes) = mpsc::sync_channel(0);
             let paths = todo.iter().map(|&index| &*items[index].scene);
-            let access = settings.access();
-            scope.spawn(move || load_ahead(paths, access, &sender));
+            let reading = settings.reading();
+            scope.spawn(move || load_ahead(paths, reading, &sender));
             for &index in todo {
                 let scene = scenes.recv().context("the thread that loads scenes has ended")?;
                 if interrupt.check().is_break() {
@@ -233,7 +233,7 @@ fn may_be_lost(fault: &anyhow::Error) -> bool {
 /// Ends early when nobody takes them any more.
 fn load_ahead<'a>(
     paths: impl Iterator<Item = &'a Path>,
-    access: FileAccess,
+    reading: Reading,
     taker: &SyncSender<crate::Result<Ready>>,
 ) {
     let mut last: Option<Ready> = None;
@@ -243,7 +243,7 @@ fn load_ahead<'a>(
         if let Some(ready) = &mut again {
             ready.scene.load = 0.0;
         }
-        let ready = again.map_or_else(|| Ready::read(path, access), Ok);
+        let ready = again.map_or_else(|| Ready::read(path, reading), Ok);
         last = ready.as_ref().ok().cloned();
         if taker.send(ready).is_err() {
             return;
@@ -262,7 +262,7 @@ mod tests {
         let paths: [&Path; 5] = [&pair, &pair, &gone, &pair, &elephant];
         let (sender, scenes) = mpsc::sync_channel(0);
         let loaded: Vec<_> = std::thread::scope(|scope| {
-            scope.spawn(move || load_ahead(paths.into_iter(), FileAccess::SceneFolder, &sender));
+            scope.spawn(move || load_ahead(paths.into_iter(), Reading::SceneFolder, &sender));
             scenes.iter().map(|ready| ready.map(|ready| ready.scene)).collect()
         });
         let [Ok(first), Ok(second), Err(fault), Ok(third), Ok(last)] = &loaded[..] else {
@@ -279,6 +279,6 @@ mod tests {
         let (sender, scenes) = mpsc::sync_channel(0);
         drop(scenes);
         let paths = std::iter::repeat(Path::new("gone.glb"));
-        load_ahead(paths, FileAccess::SceneFolder, &sender);
+        load_ahead(paths, Reading::SceneFolder, &sender);
     }
 }

@@ -42,7 +42,7 @@ use std::time::{Duration, Instant};
 /// Lists are separated by commas.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// glTF scene: a .gltf or .glb file
+    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one
     #[arg(required_unless_present = "triangles", conflicts_with = "triangles")]
     scene: Option<PathBuf>,
     /// In place of a scene, reliefs of about so many triangles, such as 10k,1M; all have the same
@@ -147,7 +147,7 @@ enum Source<'a> {
 impl Source<'_> {
     fn scene(&self, settings: &Settings) -> Result<Scene> {
         match *self {
-            Self::File(path) => session::load(path, settings.access()),
+            Self::File(path) => session::load(path, settings.reading()),
             Self::Relief(triangles, instanced) => Ok(relief::scene(triangles, instanced)),
         }
     }

@@ -1,10 +1,12 @@
 //! A glTF file as it stands: raw JSON and one binary chunk, so that what klieg does not know stays
 //! untouched. Containers: glTF 2.0 specification, section 4 (GLB).
 
-use crate::scene::load::FileAccess;
 use crate::scene::load::files::{MAX_BYTES, read, split};
+use crate::scene::load::models;
+use crate::scene::load::picture::KTX2;
 use crate::scene::load::resources::{Resources, is_data};
 use crate::scene::load::used::Used;
+use crate::scene::load::{FileAccess, Orientation};
 use crate::{Error, Result};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -26,12 +28,17 @@ pub struct Document {
 }
 
 impl Document {
-    /// Reads a .gltf or .glb file, told apart by their first bytes.
+    /// Reads a .gltf or .glb file, told apart by their first bytes, or what a file of triangles amounts to.
     ///
     /// # Errors
-    /// [`Error::Input`] when it cannot be read or is not glTF.
-    pub fn read(source: &Path) -> Result<Self> {
+    /// [`Error::Input`] when it cannot be read or is none of these.
+    pub fn read(source: &Path, orientation: &Orientation) -> Result<Self> {
         let fault = |fault: String| Error::input(source, fault);
+        if let Some(model) = models::read(source, orientation).map_err(fault)? {
+            let models::Model { root, bin } = model;
+            let root = root.as_object().cloned().unwrap_or_default();
+            return Ok(Self { root, binary: Some(bin), source: source.to_owned() });
+        }
         let bytes = read(source, MAX_BYTES).map_err(fault)?;
         let (json, binary) = split(&bytes).map_err(fault)?;
         let root = serde_json::from_slice(json)
@@ -58,8 +65,7 @@ impl Document {
     /// nothing uses are not read: a byte stands for such a buffer, and a pixel for such an image.
     ///
     /// # Errors
-    /// [`Error::Input`] when one of them is missing, too short, in no known image format or not
-    /// among those that `access` allows.
+    /// [`Error::Input`] when one of them is missing, too short or not among those that `access` allows.
     pub fn embed_files(&mut self, access: FileAccess) -> Result<()> {
         let source = self.source.clone();
         let mut resources = Resources::new(&source, access, 0);
@@ -140,7 +146,13 @@ impl Document {
         let data = if is_used { resources.fetch(uri).map_err(fault)? } else { PIXEL.to_vec() };
         let mime_type = match mime_type(&data).or(image["mimeType"].as_str()) {
             Some(mime_type) => mime_type.to_owned(),
-            None => return Err(self.fault(format!("'{uri}' is in no known image format"))),
+            None => {
+                // Nobody can show it, but it is no fault of the lights.
+                let data = STANDARD.encode(&data);
+                let uri = format!("data:application/octet-stream;base64,{data}");
+                self.root["images"][index]["uri"] = uri.into();
+                return Ok(());
+            }
         };
         let view = self.append_view(&data)?;
         let Some(image) = self.root["images"][index].as_object_mut() else { return Ok(()) };
@@ -236,7 +248,7 @@ const PIXEL: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01\0\0\0\x01\x08\0\0
 
 /// Media type of an image file, by its first bytes.
 fn mime_type(data: &[u8]) -> Option<&'static str> {
-    if data.starts_with(b"\xABKTX 20\xBB\r\n\x1A\n") {
+    if data.starts_with(KTX2) {
         return Some("image/ktx2");
     }
     image::guess_format(data).ok().map(|format| format.to_mime_type())

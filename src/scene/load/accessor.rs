@@ -2,15 +2,18 @@
 //! are read accessor by accessor, so that a scene and its file are never in memory together.
 
 use super::Parsed;
-use super::files::{Buffer, FilePart};
+use super::document::Document;
+use super::draco::{self, Content};
+use super::elements::{Bytes, Elements};
+use super::files::Buffer;
+use super::meshopt::{Compressed, Mode};
+use super::views::{part, place, tight, tight_from_file, view_bytes, within};
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::buffer::View;
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
-use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
-use std::ops::Deref;
 use std::sync::Arc;
 
 /// Most vertices and indices that a file's meshes may read, each use counted. That a file may not
@@ -24,8 +27,9 @@ const ELEMENTS_OF_BYTES: (u64, u64) = (8, 1 << 22);
 /// each is read by itself.
 const READS_OF_BYTES: u64 = 64;
 
-/// Bytes that are read from a file together where only some of them are kept.
-const WINDOW: usize = 1 << 20;
+/// Most bytes that compressed streams may decode to, for each of the buffers', and without any: geometry
+/// rarely shrinks to less than a thirtieth.
+const DECODED_OF_BYTES: (u64, u64) = (64, 1 << 26);
 
 /// Components of attributes, KHR_mesh_quantization included.
 pub const NUMBERS: &[ComponentType] = &[
@@ -42,10 +46,17 @@ pub const INDICES: &[ComponentType] = &[ComponentType::U8, ComponentType::U16, C
 pub struct Accessors<'a> {
     root: &'a Root,
     buffers: &'a [Buffer],
+    compressed: &'a HashMap<usize, Compressed>,
     /// Elements that may still be used.
     left: Cell<u64>,
     /// Bytes that may still be read from files.
     unread: Cell<u64>,
+    /// Bytes that may still be decoded.
+    undecoded: Cell<u64>,
+    /// Compressed views that have been decoded.
+    decoded: RefCell<HashMap<usize, Arc<Vec<u8>>>>,
+    /// What takes the place of the content of accessors, by index.
+    replaced: RefCell<HashMap<usize, Content>>,
     /// How often each slice is used.
     uses: HashMap<Slice, u32>,
     /// What has been read from files to be used again.
@@ -62,23 +73,6 @@ struct Slice {
     size: usize,
 }
 
-/// Bytes of elements.
-enum Bytes<'a> {
-    Borrowed(&'a [u8]),
-    Shared(Arc<Vec<u8>>),
-}
-
-impl Deref for Bytes<'_> {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        match self {
-            Self::Borrowed(bytes) => bytes,
-            Self::Shared(bytes) => bytes,
-        }
-    }
-}
-
 /// What a use of an accessor asks of it.
 pub struct Wanted<'w> {
     /// Element types.
@@ -89,29 +83,48 @@ pub struct Wanted<'w> {
     pub normalized: bool,
 }
 
-/// The elements of an accessor.
-pub struct Elements<'a> {
-    bytes: Bytes<'a>,
-    stride: usize,
-    count: usize,
-    width: usize,
-    component: ComponentType,
-    normalized: bool,
-}
-
 impl<'a> Accessors<'a> {
     /// Accessors of a file whose buffers are `buffers`.
-    pub fn new(root: &'a Root, buffers: &'a [Buffer]) -> Self {
+    pub fn new(document: &'a Document, buffers: &'a [Buffer]) -> Self {
+        let root = &document.root;
         let bytes: u64 = buffers.iter().map(Buffer::len).sum();
         let (each, least) = ELEMENTS_OF_BYTES;
+        let (decoded_each, decoded_least) = DECODED_OF_BYTES;
         Self {
             root,
             buffers,
+            compressed: &document.extensions.compressed,
+            undecoded: Cell::new(decoded_each * bytes + decoded_least),
+            decoded: RefCell::default(),
+            replaced: RefCell::default(),
             left: Cell::new(MAX_ELEMENTS.min(each * bytes + least)),
             unread: Cell::new(READS_OF_BYTES * bytes),
             uses: uses(root),
             shared: RefCell::default(),
         }
+    }
+
+    /// Has the accessors of a primitive give what its compressed stream decodes to, and all others their own
+    /// content.
+    pub fn decompress(&self, mesh: usize, index: usize, document: &Document) -> Parsed<()> {
+        self.replaced.borrow_mut().clear();
+        let Some(compressed) = document.extensions.draco.get(&(mesh, index)) else {
+            return Ok(());
+        };
+        let decode = || {
+            let primitive = &self.root.meshes[mesh].primitives[index];
+            let mut unread = self.unread.get();
+            let view = Index::new(compressed.buffer_view);
+            let stream = view_bytes(self.root, self.buffers, view, &mut unread)?;
+            self.unread.set(unread);
+            let most = self.undecoded.get();
+            let (contents, decoded) =
+                draco::decode(self.root, primitive, compressed, &stream, most)?;
+            self.undecoded.set(most.saturating_sub(decoded));
+            self.replaced.replace(contents);
+            Ok(())
+        };
+        decode().map_err(|fault: String| format!("{}: {fault}", draco::EXTENSION))
     }
 
     /// Takes `count` elements off what may still be read.
@@ -143,6 +156,12 @@ impl<'a> Accessors<'a> {
         }
         let width = element.multiplicity();
         let size = width * component.size();
+        let normalized = accessor.normalized || wanted.normalized;
+        let content = self.replaced.borrow().get(&index.value()).cloned();
+        if let Some(Content { bytes, count }) = content {
+            let bytes = Bytes::Shared(bytes);
+            return Ok(Elements { bytes, stride: size, count, width, component, normalized });
+        }
         let count = usize::try_from(accessor.count.0).map_err(|_| "its count is too great")?;
         let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
         let (mut bytes, mut stride) = match accessor.buffer_view {
@@ -157,7 +176,6 @@ impl<'a> Accessors<'a> {
             bytes = Bytes::Shared(patched.into());
             stride = size;
         }
-        let normalized = accessor.normalized || wanted.normalized;
         Ok(Elements { bytes, stride, count, width, component, normalized })
     }
 
@@ -169,24 +187,20 @@ impl<'a> Accessors<'a> {
         count: usize,
         size: usize,
     ) -> Parsed<(Bytes<'a>, usize)> {
+        if let Some(compressed) = self.compressed.get(&view.value()) {
+            let bytes = self.decoded(view, compressed)?;
+            let stride = match compressed.mode {
+                Mode::Attributes => compressed.byte_stride,
+                Mode::Triangles | Mode::Indices => size,
+            };
+            let (range, stride) = within(view, bytes.len() as u64, offset, count, size, stride)?;
+            let range = range.start as usize..range.end as usize;
+            return Ok((Bytes::Part(bytes, range), stride));
+        }
         let (buffer, start, length) = place(self.root, self.buffers, view)?;
         let stride = self.root.get(view).and_then(|view| view.byte_stride).map_or(size, |s| s.0);
-        if stride < size {
-            return Err(format!("elements of {size} bytes overlap at a byteStride of {stride}"));
-        }
-        let span = (count as u64)
-            .checked_sub(1)
-            .map_or(Some(0), |last| last.checked_mul(stride as u64)?.checked_add(size as u64));
-        let end = span.and_then(|span| span.checked_add(offset));
-        let (Some(span), Some(0..)) = (span, end.and_then(|end| length.checked_sub(end))) else {
-            return Err(format!(
-                "{count} elements at byte {offset} do not fit in bufferViews[{}] of {length} bytes",
-                view.value(),
-            ));
-        };
-        // With no elements the offset may lie anywhere; with one, its stride means nothing.
-        let offset = start + if count == 0 { 0 } else { offset };
-        let stride = if count > 1 { stride } else { size };
+        let (range, stride) = within(view, length, offset, count, size, stride)?;
+        let (offset, span) = (start + range.start, range.end - range.start);
         match buffer {
             Buffer::Memory(bytes) => {
                 let bytes = &bytes[offset as usize..(offset + span) as usize];
@@ -198,8 +212,7 @@ impl<'a> Accessors<'a> {
                 if let Some(bytes) = shared {
                     return Ok((Bytes::Shared(bytes), size));
                 }
-                let unread = self.unread.get().checked_sub(span);
-                self.unread.set(unread.ok_or("the file's accessors overlap too often")?);
+                self.charge_reading(span)?;
                 let bytes = Arc::new(tight_from_file(part, offset, stride, size, count)?);
                 if self.uses.get(&slice).is_some_and(|&uses| uses > 1) {
                     self.shared.borrow_mut().insert(slice, bytes.clone());
@@ -207,6 +220,41 @@ impl<'a> Accessors<'a> {
                 Ok((Bytes::Shared(bytes), size))
             }
         }
+    }
+
+    /// Takes `bytes` off what may still be read from files.
+    fn charge_reading(&self, bytes: u64) -> Parsed<()> {
+        let unread = self.unread.get().checked_sub(bytes);
+        self.unread.set(unread.ok_or("the file's accessors overlap too often")?);
+        Ok(())
+    }
+
+    /// The content of a compressed view, which is decoded once.
+    fn decoded(&self, view: Index<View>, compressed: &Compressed) -> Parsed<Arc<Vec<u8>>> {
+        let known = self.decoded.borrow().get(&view.value()).cloned();
+        if let Some(bytes) = known {
+            return Ok(bytes);
+        }
+        let decode = || {
+            let Compressed { buffer, byte_offset, byte_length, .. } = *compressed;
+            let buffer = part(self.buffers, buffer, byte_offset, byte_length)?;
+            let length = compressed.decoded_length(self.undecoded.get())?;
+            self.undecoded.set(self.undecoded.get() - length);
+            match buffer {
+                Buffer::Memory(bytes) => {
+                    let (start, end) = (byte_offset, byte_offset + byte_length);
+                    compressed.decode(&bytes[start as usize..end as usize])
+                }
+                Buffer::File(part) => {
+                    self.charge_reading(byte_length)?;
+                    compressed.decode(&part.read(byte_offset, byte_length)?)
+                }
+            }
+        };
+        let bytes = decode().map_err(|fault| format!("bufferViews[{}]: {fault}", view.value()))?;
+        let bytes = Arc::new(bytes);
+        self.decoded.borrow_mut().insert(view.value(), bytes.clone());
+        Ok(bytes)
     }
 
     /// Replaces the elements of `bytes` that a sparse accessor gives.
@@ -239,40 +287,6 @@ impl<'a> Accessors<'a> {
     }
 }
 
-/// The bytes of a buffer view with an image, of the `unread` ones that images may still read.
-pub fn view_bytes<'a>(
-    root: &Root,
-    buffers: &'a [Buffer],
-    index: Index<View>,
-    unread: &mut u64,
-) -> Parsed<Cow<'a, [u8]>> {
-    let (buffer, start, length) = place(root, buffers, index)?;
-    *unread = unread.checked_sub(length).ok_or("the file's images overlap too often")?;
-    match buffer {
-        Buffer::Memory(bytes) => Ok(bytes[start as usize..(start + length) as usize].into()),
-        Buffer::File(part) => part.read(start, length).map(Cow::Owned),
-    }
-}
-
-/// A buffer view's buffer, where it begins there and its length in bytes.
-fn place<'a>(
-    root: &Root,
-    buffers: &'a [Buffer],
-    index: Index<View>,
-) -> Parsed<(&'a Buffer, u64, u64)> {
-    let view =
-        root.get(index).ok_or_else(|| format!("bufferViews[{}] is not there", index.value()))?;
-    let number = view.buffer.value();
-    let buffer = buffers.get(number).ok_or_else(|| format!("buffers[{number}] is not there"))?;
-    let (offset, length) = (view.byte_offset.map_or(0, |offset| offset.0), view.byte_length.0);
-    let end = offset.checked_add(length).filter(|&end| end <= buffer.len());
-    end.ok_or_else(|| {
-        let (view, bytes) = (index.value(), buffer.len());
-        format!("bufferViews[{view}] lies outside buffers[{number}] of {bytes} bytes")
-    })?;
-    Ok((buffer, offset, length))
-}
-
 /// How often primitives use each slice. Where skins or morph weights make several meshes of a
 /// primitive, all that it uses counts as used again.
 fn uses(root: &Root) -> HashMap<Slice, u32> {
@@ -302,89 +316,4 @@ fn slice(accessor: &Accessor) -> Option<Slice> {
         count: usize::try_from(accessor.count.0).ok()?,
         size: element.multiplicity() * component.0.size(),
     })
-}
-
-/// Elements of a file, all within it, copied out of their stride.
-fn tight_from_file(
-    part: &FilePart,
-    offset: u64,
-    stride: usize,
-    size: usize,
-    count: usize,
-) -> Parsed<Vec<u8>> {
-    if stride == size {
-        return part.read(offset, count as u64 * size as u64);
-    }
-    let mut tight = Vec::with_capacity(count * size);
-    let together = WINDOW.div_ceil(stride).min(count);
-    let mut window = vec![0; (together - 1) * stride + size];
-    for first in (0..count).step_by(together) {
-        let number = together.min(count - first);
-        let window = &mut window[..(number - 1) * stride + size];
-        part.fill(offset + first as u64 * stride as u64, window)?;
-        for element in window.chunks(stride) {
-            tight.extend_from_slice(&element[..size]);
-        }
-    }
-    Ok(tight)
-}
-
-/// Elements in memory copied out of their stride.
-fn tight(bytes: &[u8], stride: usize, size: usize, count: usize) -> Parsed<Vec<u8>> {
-    let length = count.checked_mul(size).ok_or("its count is too great")?;
-    let mut tight = Vec::with_capacity(length);
-    for i in 0..count {
-        tight.extend_from_slice(&bytes[i * stride..][..size]);
-    }
-    Ok(tight)
-}
-
-impl Elements<'_> {
-    /// Number of elements.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Number of components of an element.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
-    /// The first `N` components of element `at` as numbers.
-    pub fn floats<const N: usize>(&self, at: usize) -> [f32; N] {
-        let element = &self.bytes[at * self.stride..];
-        let bytes = |k: usize| &element[k * self.component.size()..];
-        let one = |k| [bytes(k)[0]];
-        let two = |k| [bytes(k)[0], bytes(k)[1]];
-        let four = |k| [bytes(k)[0], bytes(k)[1], bytes(k)[2], bytes(k)[3]];
-        // glTF 2.0, 3.6.2.2.
-        let scale = |limit: f32| if self.normalized { limit } else { 1.0 };
-        let low = if self.normalized { -1.0 } else { f32::NEG_INFINITY };
-        std::array::from_fn(|k| match self.component {
-            ComponentType::F32 => f32::from_le_bytes(four(k)),
-            ComponentType::U8 => f32::from(one(k)[0]) / scale(255.0),
-            ComponentType::U16 => f32::from(u16::from_le_bytes(two(k))) / scale(65535.0),
-            ComponentType::I8 => (f32::from(i8::from_le_bytes(one(k))) / scale(127.0)).max(low),
-            ComponentType::I16 => (f32::from(i16::from_le_bytes(two(k))) / scale(32767.0)).max(low),
-            ComponentType::U32 => u32::from_le_bytes(four(k)) as f32,
-        })
-    }
-
-    /// The first `N` components of element `at` as whole numbers.
-    pub fn integers<const N: usize>(&self, at: usize) -> [u32; N] {
-        let element = &self.bytes[at * self.stride..];
-        std::array::from_fn(|k| {
-            let bytes = &element[k * self.component.size()..];
-            match self.component.size() {
-                1 => u32::from(bytes[0]),
-                2 => u32::from(u16::from_le_bytes([bytes[0], bytes[1]])),
-                _ => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
-            }
-        })
-    }
-
-    /// Element `at` as an index.
-    pub fn index(&self, at: usize) -> u32 {
-        self.integers::<1>(at)[0]
-    }
 }

@@ -1,23 +1,13 @@
 //! glTF's JSON: version, extensions and references.
 
+use super::extensions::{Extensions, SUPPORTED};
 use super::used::Used;
 use super::{Parsed, quoted, warn};
-use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Error, Validate};
 use gltf::json::{Path, Root};
 use serde::Deserialize;
 use serde_json::Value;
-use std::collections::HashMap;
-
-/// Extensions that are read. Unlit materials are drawn lit, with a warning.
-const SUPPORTED: [&str; 5] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_unlit",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
 
 /// A parsed file whose references all lead somewhere.
 pub struct Document {
@@ -26,8 +16,8 @@ pub struct Document {
     /// Each node's place in its parent, in double precision, which [`Root`] rounds: a scene may stand
     /// far from the origin.
     pub places: Vec<Place>,
-    /// KHR_texture_transform of each material's normal texture, which [`Root`] leaves out.
-    pub normal_transforms: HashMap<usize, TextureTransform>,
+    /// What its extensions say, which [`Root`] leaves out.
+    pub extensions: Extensions,
     /// What anything in the file uses, drawn or not.
     pub used: Used,
 }
@@ -54,14 +44,14 @@ pub fn parse(json: &[u8], warnings: &mut Vec<String>) -> Parsed<Document> {
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
         }
     }
-    let normal_transforms = normal_transforms(&value)?;
+    let extensions = Extensions::of(&value)?;
     let invalid = |error| format!("is not valid glTF: {error}");
     let nodes = value["nodes"].as_array().into_iter().flatten();
     let places = nodes.map(Place::deserialize).collect::<Result<_, _>>().map_err(invalid)?;
     let used = value.as_object().map(Used::of).unwrap_or_default();
     let root: Root = serde_json::from_value(value).map_err(invalid)?;
     check_references(&root)?;
-    Ok(Document { root, places, normal_transforms, used })
+    Ok(Document { root, places, extensions, used })
 }
 
 fn check_version(value: &Value) -> Parsed<()> {
@@ -93,21 +83,6 @@ fn check_extensions(value: &Value, warnings: &mut Vec<String>) -> Parsed<()> {
         warn(warnings, format!("extension {} is not supported and is left out", quoted(name)));
     }
     Ok(())
-}
-
-fn normal_transforms(value: &Value) -> Parsed<HashMap<usize, TextureTransform>> {
-    let materials = value["materials"].as_array().into_iter().flatten().enumerate();
-    let transforms = materials.filter_map(|(index, material)| {
-        let extensions = &material["normalTexture"]["extensions"];
-        Some((index, extensions.get("KHR_texture_transform")?))
-    });
-    let parse = |(index, value): (usize, &Value)| {
-        let transform = serde_json::from_value(value.clone()).map_err(|error| {
-            format!("materials[{index}].normalTexture: KHR_texture_transform: {error}")
-        })?;
-        Ok((index, transform))
-    };
-    transforms.map(parse).collect()
 }
 
 /// Every index must lead to something, whether it is drawn or not.

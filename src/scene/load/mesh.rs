@@ -1,7 +1,8 @@
 //! Primitives to indexed triangles (glTF 2.0, 3.7.2.1).
 
 use super::Parsed;
-use super::accessor::{Accessors, Elements, INDICES, NUMBERS, Wanted};
+use super::accessor::{Accessors, INDICES, NUMBERS, Wanted};
+use super::elements::Elements;
 use super::pose::{Deformer, Pose};
 use crate::scene::assemble::{Tangents, Triangles, check_indices};
 use crate::scene::{Mesh, Vertex};

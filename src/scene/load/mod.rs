@@ -1,31 +1,44 @@
-//! glTF 2.0 files (`.gltf` and `.glb`) to a [`Scene`].
+//! glTF 2.0 files (`.gltf` and `.glb`), and PLY, STL and OBJ as the glTF that they amount to, to a [`Scene`].
 //!
 //! Files are not trusted: every index, offset and count is checked before it is used, and what a
 //! file may take of memory and time is bounded.
 
 mod accessor;
+mod appearance;
 mod document;
+mod draco;
+mod elements;
+mod extensions;
 pub(super) mod files;
+mod glossiness;
+mod guard;
+mod instancing;
 mod material;
 mod mesh;
+mod meshopt;
+pub(super) mod models;
 mod nodes;
+pub(super) mod picture;
 mod pose;
 mod punctual;
 pub(super) mod resources;
 mod texture;
 pub(super) mod used;
+mod views;
 
-use super::assemble::{label, quoted, warn};
+use super::assemble::{DEFAULT, label, quoted, warn};
 use super::view::DesignedView;
 use super::{Parsed, Scene, camera};
 use crate::{Error, Result};
 use accessor::Accessors;
 use document::Document;
-use files::{Buffer, FilePart};
+use files::Buffer;
 use glam::DMat4;
+use glossiness::Conversion;
 use gltf::json::Root;
 use gltf::json::extras::RawValue;
 use material::Materials;
+pub use models::{Orientation, Up};
 use nodes::Nodes;
 use pose::Pose;
 pub use resources::FileAccess;
@@ -43,32 +56,53 @@ pub fn load(path: &Path) -> Result<Scene> {
     load_with(path, FileAccess::SceneFolder)
 }
 
-/// Loads the default scene of a glTF file, which may name the files that `access` allows.
+/// How a file is read.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Reading {
+    /// The files that it may name.
+    pub access: FileAccess,
+    /// How a PLY, STL or OBJ file stands in the world.
+    pub orientation: Orientation,
+}
+
+impl From<FileAccess> for Reading {
+    fn from(access: FileAccess) -> Self {
+        Self { access, ..Self::default() }
+    }
+}
+
+/// Loads the default scene of a glTF file, or the triangles of a PLY, STL or OBJ file.
 ///
 /// Meshes stand in the pose of the file's nodes and default morph weights. What cannot be drawn as
 /// the file says is listed in [`Scene::warnings`].
 ///
 /// # Errors
 /// [`Error::Input`] names the file and its fault.
-pub fn load_with(path: &Path, access: FileAccess) -> Result<Scene> {
+pub fn load_with(path: &Path, reading: impl Into<Reading>) -> Result<Scene> {
     let fault = |fault| Error::input(path, fault);
-    let mut scene = parse(path, access).map_err(fault)?;
+    let mut scene = parse(path, reading.into()).map_err(fault)?;
     scene.path = path.to_owned();
     // Says whether there is any extent to look at.
     super::view::bounds(&scene)?;
     Ok(scene)
 }
 
-fn parse(path: &Path, access: FileAccess) -> Parsed<Scene> {
+fn parse(path: &Path, reading: Reading) -> Parsed<Scene> {
     let mut warnings = Vec::new();
-    let (json, bin) = files::open(path)?;
+    let (json, bin) = match models::read(path, &reading.orientation)? {
+        Some(model) => (model.json(), Some(Buffer::Memory(model.bin))),
+        None => {
+            let (json, bin) = files::open(path)?;
+            (json, bin.map(Buffer::File))
+        }
+    };
     let document = document::parse(&json, &mut warnings)?;
-    let used = json.len() as u64 + bin.as_ref().map_or(0, FilePart::len);
+    let used = json.len() as u64 + bin.as_ref().map_or(0, Buffer::len);
     drop(json);
-    let mut resources = Resources::new(path, access, used);
+    let mut resources = Resources::new(path, reading.access, used);
     let buffers = buffers(&document, bin, &mut resources)?;
     let nodes = nodes::place(&document)?;
-    let accessors = Accessors::new(&document.root, &buffers);
+    let accessors = Accessors::new(&document, &buffers);
     let scene = Scene { warnings, ..Scene::default() };
     let mut loader = Loader::new(&document, &accessors, &nodes, scene);
     for &node in &nodes.in_scene {
@@ -76,25 +110,35 @@ fn parse(path: &Path, access: FileAccess) -> Parsed<Scene> {
             .add(node)
             .map_err(|fault| format!("{}: {fault}", node_label(&document.root, node)))?;
     }
-    let (mut scene, textures) = loader.finish()?;
-    scene.textures = texture::load(&document.root, &buffers, &mut resources, &textures)?;
+    let (mut scene, textures, conversions) = loader.finish()?;
+    let source = texture::Source {
+        root: &document.root,
+        extensions: &document.extensions,
+        buffers: &buffers,
+        resources: &mut resources,
+        conversions: &conversions,
+    };
+    let textures = texture::load(source, &textures, &mut scene.warnings)?;
+    scene.textures = texture::give(textures, &mut scene.materials);
     scene.files = resources.files;
     Ok(scene)
 }
 
-/// All buffers; those that nothing uses are empty, whatever they name.
+/// All buffers; those that nothing uses, and those that stand in for compressed ones, are empty, whatever
+/// they name.
 fn buffers(
     document: &Document,
-    mut bin: Option<FilePart>,
+    mut bin: Option<Buffer>,
     resources: &mut Resources,
 ) -> Parsed<Vec<Buffer>> {
     let mut open = |(index, buffer): (usize, &gltf::json::Buffer)| {
-        if !document.used.buffers.contains(&index) {
+        let fallback = document.extensions.fallbacks.contains(&index);
+        if fallback || !document.used.buffers.contains(&index) {
             return Ok(Buffer::Memory(Vec::new()));
         }
         let content = match (&buffer.uri, index) {
             (Some(uri), _) => resources.open(uri).map(Some),
-            (None, 0) => Ok(bin.take().map(Buffer::File)),
+            (None, 0) => Ok(bin.take()),
             _ => Ok(None),
         };
         let missing = || "it has neither a URI nor a GLB chunk".to_owned();
@@ -180,10 +224,21 @@ impl<'a> Loader<'a> {
     fn add_instances(&mut self, node: usize, mesh: usize) -> Parsed<()> {
         let meshes = self.meshes(node, mesh)?;
         let name = label(self.document.root.nodes[node].name.as_deref());
+        let places = match self.document.extensions.instancing.get(&node) {
+            Some(attributes) => instancing::places(self.accessors, attributes)
+                .map_err(|fault| format!("EXT_mesh_gpu_instancing: {fault}"))?,
+            None => vec![DMat4::IDENTITY],
+        };
         for &(mesh, in_world) in meshes.iter() {
-            let world = if in_world { DMat4::IDENTITY } else { self.nodes.world[node] };
-            let title = || node_label(&self.document.root, node);
-            self.scene.place(&name, mesh, world, title)?;
+            let worlds = match in_world {
+                // A skin's joints place the mesh, whatever its node says.
+                true => vec![DMat4::IDENTITY],
+                false => places.iter().map(|place| self.nodes.world[node] * *place).collect(),
+            };
+            for world in worlds {
+                let title = || node_label(&self.document.root, node);
+                self.scene.place(&name, mesh, world, title)?;
+            }
         }
         Ok(())
     }
@@ -236,6 +291,7 @@ impl<'a> Loader<'a> {
             self.without_triangles += 1;
             return Ok(None);
         }
+        self.accessors.decompress(mesh, index, self.document)?;
         let uv_sets = mesh::uv_sets(primitive);
         let warnings = &mut self.scene.warnings;
         let material = self.materials.number(primitive.material, uv_sets, warnings)?;
@@ -252,7 +308,7 @@ impl<'a> Loader<'a> {
     }
 
     /// The scene but for its textures, and what these are.
-    fn finish(self) -> Parsed<(Scene, Vec<texture::Key>)> {
+    fn finish(mut self) -> Parsed<(Scene, Vec<texture::Key>, Vec<Conversion>)> {
         let mut scene = self.scene;
         if self.without_triangles > 0 {
             let count = self.without_triangles;
@@ -264,9 +320,11 @@ impl<'a> Loader<'a> {
         if scene.instances.is_empty() {
             return Err("its scene has no triangles".into());
         }
+        let has_default = scene.meshes.iter().any(|mesh| mesh.material == DEFAULT);
+        self.materials.settle(has_default, &mut scene.warnings);
         scene.materials = self.materials.list;
         scene.add_default_material();
-        Ok((scene, self.materials.textures))
+        Ok((scene, self.materials.textures, self.materials.conversions))
     }
 }
 

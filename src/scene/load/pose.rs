@@ -1,7 +1,8 @@
 //! Morph targets and skins (glTF 2.0, 3.7.2.2 and 3.7.3): the pose that the file's nodes stand in.
 
 use super::Parsed;
-use super::accessor::{Accessors, Elements, NUMBERS, Wanted};
+use super::accessor::{Accessors, NUMBERS, Wanted};
+use super::elements::Elements;
 use glam::{DMat3, DMat4, Mat4, Vec3};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Primitive, Semantic};

@@ -1,19 +1,17 @@
 //! Images and their mip chains.
 
-use super::accessor::view_bytes;
+use super::extensions::Extensions;
 use super::files::Buffer;
+use super::glossiness::{Conversion, Part};
+use super::picture::Picture;
 use super::resources::Resources;
-use super::{Parsed, label, quoted};
-use crate::scene::mips::{MAX_PIXELS, MAX_SIDE, mips};
-use crate::scene::{Texture, TextureLevel, Wrap};
+use super::views::view_bytes;
+use super::{Parsed, label, quoted, warn};
+use crate::scene::mips::{MAX_PIXELS, mips};
+use crate::scene::{Material, Texture, TextureRef, Wrap};
 use gltf::json::Root;
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
 use std::borrow::Cow;
-use std::io::Cursor;
-
-/// Most bytes that decoding one image may take.
-const MAX_DECODING: u64 = 1 << 30;
 
 /// Most bytes that images may read of the file's buffers, for each that these have.
 const READS_OF_BYTES: u64 = 16;
@@ -21,53 +19,130 @@ const READS_OF_BYTES: u64 = 16;
 /// An image as a material uses it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
-    /// Index of the glTF image.
-    pub image: usize,
+    /// What it shows.
+    pub content: Content,
     /// Whether RGB is sRGB-encoded.
     pub srgb: bool,
     /// Horizontal and vertical wrap.
     pub wrap: [Wrap; 2],
 }
 
-/// Decodes what `keys` name, each image once, and builds the mip chains.
+/// What a texture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Content {
+    /// The glTF image of that index.
+    Image(usize),
+    /// A part of what is made by the conversion of that index.
+    Converted(usize, Part),
+}
+
+impl Content {
+    /// Indices of its images.
+    fn images(self, conversions: &[Conversion]) -> [Option<usize>; 2] {
+        match self {
+            Self::Image(image) => [Some(image), None],
+            Self::Converted(index, _) => [conversions[index].diffuse, conversions[index].specular],
+        }
+    }
+}
+
+/// The file that images are read from.
+pub struct Source<'a, 'r> {
+    pub root: &'a Root,
+    pub extensions: &'a Extensions,
+    pub buffers: &'a [Buffer],
+    pub resources: &'a mut Resources<'r>,
+    /// What [`Content::Converted`] names.
+    pub conversions: &'a [Conversion],
+}
+
+/// Decodes what `keys` name, each image once, and builds the mip chains. `None`, with a warning, stands for
+/// what cannot be decoded, unless the file requires the extension that such an image needs.
 pub fn load(
-    root: &Root,
-    buffers: &[Buffer],
-    resources: &mut Resources,
+    source: Source,
     keys: &[Key],
-) -> Parsed<Vec<Texture>> {
-    let mut images: Vec<usize> = keys.iter().map(|key| key.image).collect();
+    warnings: &mut Vec<String>,
+) -> Parsed<Vec<Option<Texture>>> {
+    let Source { root, extensions, buffers, resources, conversions } = source;
+    let used = || keys.iter().flat_map(|key| key.content.images(conversions)).flatten();
+    let mut images: Vec<usize> = used().collect();
     images.sort_unstable();
     images.dedup();
-    let mut sources = Vec::with_capacity(images.len());
+    let mut pictures = Vec::with_capacity(images.len());
     let mut pixels = 0;
     let mut unread = READS_OF_BYTES * buffers.iter().map(Buffer::len).sum::<u64>();
     for &image in &images {
         let name = |fault| format!("{}: {fault}", image_label(root, image));
         let bytes = encoded(root, buffers, resources, image, &mut unread).map_err(name)?;
-        let (width, height) = dimensions(&bytes).map_err(name)?;
-        let uses = keys.iter().filter(|key| key.image == image).count() as u64;
-        pixels += u64::from(width) * u64::from(height) * (uses + 1);
+        let picture = Picture::of(bytes);
+        if let Ok(picture) = &picture {
+            let [width, height] = picture.size().map_err(name)?.map(u64::from);
+            let uses = used().filter(|&other| other == image).count() as u64;
+            pixels += width * height * (uses + 1);
+        }
         if pixels > MAX_PIXELS {
             return Err(format!("the images have more than {MAX_PIXELS} pixels together"));
         }
-        sources.push(bytes);
+        pictures.push(picture);
     }
-    let decode = |(&image, bytes): (&usize, Cow<[u8]>)| {
-        decoded(&bytes).map_err(|fault| format!("{}: {fault}", image_label(root, image)))
+    let decode = |picture: Parsed<Picture>| {
+        let picture = picture.map_err(|fault| (fault, None))?;
+        picture.decode().map_err(|fault| (fault, picture.extension()))
     };
-    let decoded: Vec<TextureLevel> =
-        images.par_iter().zip(sources).map(decode).collect::<Parsed<_>>()?;
-    let texture = |key: &Key| {
-        let at = images.partition_point(|&image| image < key.image);
-        Texture {
-            name: label(root.images[key.image].name.as_deref()),
-            srgb: key.srgb,
-            wrap: key.wrap,
-            levels: mips(decoded[at].clone(), key.srgb),
+    let decoded: Vec<_> = pictures.into_par_iter().map(decode).collect();
+    for (&image, result) in images.iter().zip(&decoded) {
+        let Err((fault, extension)) = result else { continue };
+        let label = image_label(root, image);
+        match extension.filter(|&extension| extensions.required.contains(extension)) {
+            Some(extension) => {
+                return Err(format!("{label}: {fault}, and the file requires {extension}"));
+            }
+            None => warn(warnings, format!("{label} is left out: {fault}")),
         }
+    }
+    let level = |image: usize| {
+        let at = images.partition_point(|&other| other < image);
+        decoded[at].as_ref().ok()
+    };
+    let texture = |key: &Key| {
+        let (name, full) = match key.content {
+            Content::Image(image) => {
+                (label(root.images[image].name.as_deref()), level(image)?.clone())
+            }
+            Content::Converted(index, part) => {
+                let [diffuse, specular] =
+                    key.content.images(conversions).map(|i| i.and_then(level));
+                (String::new(), conversions[index].level(diffuse, specular, part))
+            }
+        };
+        Some(Texture { name, srgb: key.srgb, wrap: key.wrap, levels: mips(full, key.srgb) })
     };
     Ok(keys.par_iter().map(texture).collect())
+}
+
+/// The textures that could be decoded; materials use them by their new numbers, and their factors instead of
+/// the others.
+pub fn give(textures: Vec<Option<Texture>>, materials: &mut [Material]) -> Vec<Texture> {
+    let mut count = 0;
+    let number = |texture: &Option<Texture>| {
+        let number = texture.is_some().then_some(count);
+        count += u32::from(texture.is_some());
+        number
+    };
+    let numbers: Vec<Option<u32>> = textures.iter().map(number).collect();
+    for material in materials {
+        for texture in [
+            &mut material.base_color_texture,
+            &mut material.metallic_roughness_texture,
+            &mut material.normal_texture,
+            &mut material.emissive_texture,
+        ] {
+            *texture = texture.and_then(|used| {
+                Some(TextureRef { texture: numbers[used.texture as usize]?, ..used })
+            });
+        }
+    }
+    textures.into_iter().flatten().collect()
 }
 
 /// An image for messages.
@@ -77,7 +152,7 @@ fn image_label(root: &Root, image: usize) -> String {
     name.map_or(format!("image {image}"), |name| format!("image {image} {}", quoted(name)))
 }
 
-/// An image's PNG or JPEG; of the buffers, `unread` bytes may still be read.
+/// An image as it is stored; of the buffers, `unread` bytes may still be read.
 fn encoded<'a>(
     root: &Root,
     buffers: &'a [Buffer],
@@ -91,38 +166,4 @@ fn encoded<'a>(
         (Some(uri), None) => resources.fetch(uri).map(Cow::Owned),
         (None, None) => Err("it has neither a URI nor a buffer view".into()),
     }
-}
-
-/// A reader for PNG or JPEG, told apart by content.
-fn reader(bytes: &[u8]) -> Parsed<ImageReader<Cursor<&[u8]>>> {
-    let format = image::guess_format(bytes)
-        .ok()
-        .filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg))
-        .ok_or("it is neither PNG nor JPEG")?;
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
-    limits.max_alloc = Some(MAX_DECODING);
-    reader.limits(limits);
-    Ok(reader)
-}
-
-fn dimensions(bytes: &[u8]) -> Parsed<(u32, u32)> {
-    let (width, height) = reader(bytes)?
-        .into_dimensions()
-        .map_err(|error| format!("it cannot be decoded: {error}"))?;
-    if width > MAX_SIDE || height > MAX_SIDE {
-        return Err(format!("{width}x{height} pixels; klieg reads at most {MAX_SIDE} a side"));
-    }
-    Ok((width, height))
-}
-
-fn decoded(bytes: &[u8]) -> Parsed<TextureLevel> {
-    let image = reader(bytes)?.decode().map_err(|error| format!("it cannot be decoded: {error}"));
-    let rgba = image.map(DynamicImage::into_rgba8)?;
-    let (width, height) = rgba.dimensions();
-    let texels = bytemuck::allocation::try_cast_vec(rgba.into_raw())
-        .unwrap_or_else(|(_, bytes)| bytemuck::pod_collect_to_vec(&bytes));
-    Ok(TextureLevel { width, height, texels })
 }
