@@ -1325,7 +1325,7 @@ typedef struct klieg_role_box {
 } klieg_role_box;
 
 // What a designer looks for, and how. The defaults are those of the profile "natural".
-// `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and `first`, which it makes empty.
+// `klieg_design_defaults` sets all but `roles`, `lights` and `first`, which it makes empty.
 typedef struct klieg_design {
     // The role of each light.
     const klieg_role *roles;
@@ -1345,17 +1345,19 @@ typedef struct klieg_design {
     // What rim lights may be; by default as key lights, but for elevation 10..80, azimuth 110..250 and
     // 0.1..1.5 of the key's intensity.
     struct klieg_role_box rim;
-    // How the lights are searched: `"ga"`, the genetic algorithm, which `NULL` stands for; `"greedy"`, steepest
-    // descents; `"restarts"`, such descents one after another; or `"random"`.
+    // How the lights are searched: `"shade"`, the differential evolution SHADE, which `NULL` stands for; `"ga"`, the
+    // paper's genetic algorithm; `"greedy"`, steepest descents; `"restarts"`, such descents one after another; or
+    // `"random"`.
     const char *optimizer;
-    // Individuals of a generation, 2..131072; by default 30. Of random search too.
+    // Individuals of a generation, 2..131072; by default 20, of the profile "paper" 30. Of SHADE and random
+    // search too.
     uint32_t population;
     // Generations after which the search ends, counted anew from a change of the view; 0, the default, for
-    // never. Of random search too, and descents with restarts end after as many evaluations; greedy
+    // never. Of SHADE and random search too, and descents with restarts end after as many evaluations; greedy
     // descents end where the ground is level, until the view changes.
     uint64_t generations;
     // Generations without a better rig after which the search ends, counted likewise; 0, the default, for
-    // never.
+    // never. Of SHADE too.
     uint64_t patience;
     // Share of the population, the best, that is copied with its scores; by default 0.1.
     float elitism;
@@ -1381,6 +1383,18 @@ typedef struct klieg_design {
     float greedy_step;
     // Length of a step below which a descent has ended, such a share; by default 0.001.
     float greedy_end;
+    // Entries of SHADE's history of successful parameters, 1..4096; by default 10.
+    uint32_t shade_history;
+    // Individuals of its archive, as a multiple of the population, 0..10; by default 1.
+    float shade_archive;
+    // Largest share of the population that counts as its best, 0..1; by default 0.2.
+    float shade_best;
+    // Its population has settled when the scores differ by no more than this share of the lowest, to 1; by
+    // default 0.001. Below 0 (to -1) it never has.
+    float shade_settled;
+    // Populations one after another, each from random rigs where the one before it has settled; 0, the default,
+    // for no end.
+    uint64_t shade_starts;
     // The first rig, `lights` of them, each value moved to the nearest one that its role may have:
     // `klieg_evaluator_suggest`, a rig of the engine's, or `NULL` for the middle of every range.
     const klieg_light *first;
@@ -1403,14 +1417,14 @@ typedef struct klieg_progress {
     float worst;
 } klieg_progress;
 
-// Sets the defaults: a search without an end for point lights of the profile "natural", with the
-// paper's genetic algorithm. Any thread.
+// Sets the defaults: a search without an end for point lights of the profile "natural", by SHADE. Any thread.
 klieg_status klieg_design_defaults(struct klieg_design *design);
 
-// As `klieg_design_defaults`, with the lights as the profile of that name has them. Any thread.
+// As `klieg_design_defaults`, with the lights and the optimiser as the profile of that name has them. Any thread.
 //
 // `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
-klieg_status klieg_design_profile(struct klieg_design *design, const char *profile);
+klieg_status klieg_design_profile(struct klieg_design *design,
+                                  const char *profile);
 
 // Gives the `design->lights` lights that the view suggests as a first rig: they face what is most of the
 // visible surface (k-means of its normals). Reads the view's maps back, so the commands of the view have
@@ -1431,7 +1445,7 @@ void klieg_designer_destroy(struct klieg_designer *designer);
 
 // Gives the rigs whose scores the search wants next: `*rigs` of them, one after the other, each with the
 // design's number of lights; none when the search has ended. `capacity` is the number of lights that
-// `lights` has room for. Of `"ga"` and `"random"`, `klieg_design::population` · `klieg_design::lights` is in
+// `lights` has room for. Of `"shade"`, `"ga"` and `"random"`, `klieg_design::population` · `klieg_design::lights` is in
 // any case enough; descents ask for two rigs for each value of each light of each descent. Asking again gives
 // the same until `klieg_designer_tell`.
 //

@@ -194,7 +194,8 @@ fn by_profile(context: &Arc<Context>, scene: &Scene, view: &View) -> Vec<String>
     assert_ne!(without, quality_lines("natural", &mut evaluator, Preset::ThreePoint));
     lines.extend(quality_lines("natural", &mut evaluator, Preset::ThreePoint));
     let genome = Genome::new(&[Role::Key, Role::Fill], NATURAL.kind, &(NATURAL.boxes)()).unwrap();
-    let mut designer = Designer::new(genome, "ga", &Settings::endless(), None, 0).unwrap();
+    let search = NATURAL.optimizer.name;
+    let mut designer = Designer::new(genome, search, &Settings::endless(), None, 0).unwrap();
     designer.advance(&mut evaluator, 2).unwrap();
     lines.extend(light_lines("natural", &designer.best().unwrap().0));
     lines
@@ -270,8 +271,9 @@ fn expected(seed: u64) -> Vec<String> {
     let first = first_of_surface(evaluator.maps().unwrap(), &genome, &mut rng);
     lines.extend(light_lines("first", &genome.decode(&first)));
     let genetic = GeneticSettings { population: 12, ..GeneticSettings::endless() };
-    let settings = Settings { genetic, ..Settings::default() };
-    let mut designer = Designer::new(genome, "ga", &settings, Some(first), seed).unwrap();
+    let settings = Settings { genetic, ..Settings::endless() };
+    let search = DEFAULT.optimizer.name;
+    let mut designer = Designer::new(genome, search, &settings, Some(first), seed).unwrap();
     let progress = designer.advance(&mut evaluator, 4).unwrap();
     lines.push(line("progress", &[progress.best, progress.mean, progress.worst]));
     let (rig, score) = designer.best().unwrap();

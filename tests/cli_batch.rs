@@ -358,6 +358,7 @@ fn an_interrupt_keeps_finished_designs() {
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin("klieg"))
         .current_dir(place.path(""))
         .args(["batch", "list.toml", "--out", "out", "--device", "cpu", "--generations", "400"])
+        .args(["--optimizer", "ga"])
         .stdout(std::process::Stdio::null())
         .stderr(std::process::Stdio::null())
         .spawn()
@@ -377,6 +378,7 @@ fn an_interrupt_keeps_finished_designs() {
     place.read_json("out/quick/result.json");
 
     let again = ["batch", "list.toml", "--out", "out", "--generations", "400", "--json"];
+    let again = [&again[..], &["--optimizer", "ga"]].concat();
     write(
         &place,
         "list.toml",

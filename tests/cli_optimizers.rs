@@ -37,11 +37,14 @@ fn every_optimizer_is_chosen_by_its_name() {
         let output = command.args(small).args(arguments).output().unwrap();
         serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
     };
-    // 8 individuals, then 7 new ones in each of 3 generations; random ones are new in all 4.
+    // 8 individuals, then 7 new ones in each of 3 generations; trials and random ones are new in all 4.
     let made = |design: &serde_json::Value| design["evaluations"].as_u64().unwrap();
     let standard = design("standard", &[]);
-    let genetic = design("genetic", &["--optimizer", "ga"]);
-    assert_eq!((made(&genetic), &genetic["score"]), (29, &standard["score"]));
+    let shade = design("shade", &["--optimizer", "shade"]);
+    assert_eq!((made(&shade), &shade["score"]), (32, &standard["score"]));
+    let paper = design("paper", &["--profile", "paper"]);
+    let genetic = design("genetic", &["--profile", "paper", "--optimizer", "ga"]);
+    assert_eq!((made(&genetic), &genetic["score"]), (29, &paper["score"]));
     assert_eq!(made(&design("random", &["--optimizer", "random"])), 32);
     let named = design("named", &["--config", "random.toml"]);
     assert_eq!(named["score"], place.read_json("random/result.json")["score"]);
@@ -53,7 +56,8 @@ fn every_optimizer_is_chosen_by_its_name() {
 fn without_elites_the_best_is_still_the_best_of_all() {
     let place = Folder::new();
     std::fs::write(place.path("none.toml"), "[search]\nelitism = 0.0\n").unwrap();
-    let arguments = ["--size", "48x40", "--generations", "30", "--config", "none.toml"];
+    let arguments =
+        ["--size", "48x40", "--generations", "30", "--config", "none.toml", "--optimizer", "ga"];
     place.klieg(&["design", "ball.gltf", "--out", "out"]).args(arguments).assert().success();
     let table = std::fs::read_to_string(place.path("out/convergence.csv")).unwrap();
     let best = table.lines().skip(1).map(|line| line.split(',').nth(2).unwrap().parse().unwrap());
@@ -61,4 +65,20 @@ fn without_elites_the_best_is_still_the_best_of_all() {
     assert!(best.len() == 30 && best.is_sorted_by(|a, b| a >= b), "{best:?}");
     let score = place.read_json("out/result.json")["score"].as_f64().unwrap();
     assert_eq!(score as f32, best[29]);
+}
+
+#[test]
+fn a_search_that_has_nothing_left_to_gain_ends_by_itself() {
+    let place = Folder::new();
+    std::fs::write(place.path("never.toml"), "[shade]\nsettled = -1.0\n").unwrap();
+    let design = |out: &str, more: &[&str]| {
+        let small = ["design", "ball.gltf", "--size", "48x40", "--lights", "key", "--out", out];
+        let mut command = place.klieg(&small);
+        command.args(["--generations", "300", "--shadows", "off"]).args(more).assert().success();
+        let result = place.read_json(&format!("{out}/result.json"));
+        (result["generations"].as_u64().unwrap(), result["score"].as_f64().unwrap())
+    };
+    let (settled, whole) = (design("settled", &[]), design("whole", &["--config", "never.toml"]));
+    assert!(settled.0 < 200 && whole.0 == 300, "{settled:?} {whole:?}");
+    assert!(settled.1 < 1.01 * whole.1, "{settled:?} {whole:?}");
 }

@@ -129,6 +129,52 @@ fn courses_fall_and_searches_are_paired_by_seed() {
 }
 
 #[test]
+fn five_runs_are_too_few_to_tell() {
+    let place = Folder::new();
+    let verdict = |runs: &str| {
+        let options = ["--generations", "3", "--population", "8", "--runs", runs];
+        study(&place, "compare", runs, &options)["comparison"]["verdict"].clone()
+    };
+    assert_eq!(verdict("5"), "too-few-runs");
+    assert_ne!(verdict("6"), "too-few-runs");
+}
+
+#[test]
+fn optimizers_are_measured_over_scenes_and_numbers_of_lights() {
+    let place = Folder::new();
+    let arguments = ["study", "optimizers", "ball.gltf", "ball.gltf", "--out", "out", "--json"];
+    let mut command = place.klieg(&arguments);
+    command.args(["--size", "40x32", "--lights", "1,2", "--optimizers", "ga,shade,random"]);
+    command.args(["--runs", "3", "--generations", "6", "--population", "10", "--longer", "3"]);
+    let printed = command.assert().success().get_output().stdout.clone();
+    let figures: Value = serde_json::from_slice(&printed).unwrap();
+    assert_eq!(figures, place.read_json("out/optimizers.json"));
+    assert_eq!(place.list("out").len(), 4);
+    assert_eq!(
+        (&figures["schema"], &figures["budget"]),
+        (&"klieg.optimizers/1".into(), &55.into())
+    );
+    let standings = figures["standings"].as_array().unwrap();
+    assert_eq!(standings.len(), 2 * 3);
+    for standing in standings {
+        let gaps = &standing["gaps"];
+        let gap = |name: &str| number(&gaps[name]);
+        assert!(gap("low") >= 0.0 && gap("first") <= gap("median") && gap("median") <= gap("high"));
+        assert_eq!(standing["within"].as_array().unwrap().len(), 6);
+    }
+    // Both scenes are the same one: so are their runs.
+    let table = rows(&place, "out/optimizers.csv");
+    assert_eq!(table.len(), 1 + 2 * 2 * 3 * 3);
+    let half = (table.len() - 1) / 2;
+    assert_eq!(table[1..=half], table[half + 1..]);
+    let lowest = number(&figures["cases"][0]["lowest"]);
+    for row in table[1..].iter().filter(|row| row[1] == "1") {
+        let (score, gap): (f64, f64) = (row[5].parse().unwrap(), row[6].parse().unwrap());
+        assert!((gap - 100.0 * (score / lowest - 1.0)).abs() < 0.01, "{row:?}");
+    }
+}
+
+#[test]
 fn a_run_among_others_has_the_scores_of_the_run_alone() {
     let place = Folder::new();
     for device in ["cpu", "vulkan"] {

@@ -6,8 +6,11 @@ use super::light::{as_color, as_kind, as_role, kind, klieg_light, klieg_light_ki
 use super::settings::as_profile;
 use crate::design::profile::{self, Profile};
 use crate::lighting::genome::{Boxes, Genome, RoleBox};
-use crate::optimize::{GeneticSettings, GreedySettings, Settings, StartSettings, genetic};
-use std::ffi::c_char;
+use crate::optimize::shade;
+use crate::optimize::{
+    Entry, GeneticSettings, GreedySettings, Settings, ShadeSettings, StartSettings,
+};
+use std::ffi::{CStr, c_char};
 
 /// The values that lights of a role may have, each the lowest and the highest.
 #[repr(C)]
@@ -38,7 +41,7 @@ pub struct klieg_role_box {
 }
 
 /// What a designer looks for, and how. The defaults are those of the profile "natural".
-/// `klieg_design_defaults` sets all but `roles`, `lights`, `optimizer` and `first`, which it makes empty.
+/// `klieg_design_defaults` sets all but `roles`, `lights` and `first`, which it makes empty.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct klieg_design {
@@ -60,17 +63,19 @@ pub struct klieg_design {
     /// What rim lights may be; by default as key lights, but for elevation 10..80, azimuth 110..250 and
     /// 0.1..1.5 of the key's intensity.
     pub rim: klieg_role_box,
-    /// How the lights are searched: `"ga"`, the genetic algorithm, which `NULL` stands for; `"greedy"`, steepest
-    /// descents; `"restarts"`, such descents one after another; or `"random"`.
+    /// How the lights are searched: `"shade"`, the differential evolution SHADE, which `NULL` stands for; `"ga"`, the
+    /// paper's genetic algorithm; `"greedy"`, steepest descents; `"restarts"`, such descents one after another; or
+    /// `"random"`.
     pub optimizer: *const c_char,
-    /// Individuals of a generation, 2..131072; by default 30. Of random search too.
+    /// Individuals of a generation, 2..131072; by default 20, of the profile "paper" 30. Of SHADE and random
+    /// search too.
     pub population: u32,
     /// Generations after which the search ends, counted anew from a change of the view; 0, the default, for
-    /// never. Of random search too, and descents with restarts end after as many evaluations; greedy
+    /// never. Of SHADE and random search too, and descents with restarts end after as many evaluations; greedy
     /// descents end where the ground is level, until the view changes.
     pub generations: u64,
     /// Generations without a better rig after which the search ends, counted likewise; 0, the default, for
-    /// never.
+    /// never. Of SHADE too.
     pub patience: u64,
     /// Share of the population, the best, that is copied with its scores; by default 0.1.
     pub elitism: f32,
@@ -96,6 +101,18 @@ pub struct klieg_design {
     pub greedy_step: f32,
     /// Length of a step below which a descent has ended, such a share; by default 0.001.
     pub greedy_end: f32,
+    /// Entries of SHADE's history of successful parameters, 1..4096; by default 10.
+    pub shade_history: u32,
+    /// Individuals of its archive, as a multiple of the population, 0..10; by default 1.
+    pub shade_archive: f32,
+    /// Largest share of the population that counts as its best, 0..1; by default 0.2.
+    pub shade_best: f32,
+    /// Its population has settled when the scores differ by no more than this share of the lowest, to 1; by
+    /// default 0.001. Below 0 (to -1) it never has.
+    pub shade_settled: f32,
+    /// Populations one after another, each from random rigs where the one before it has settled; 0, the default,
+    /// for no end.
+    pub shade_starts: u64,
     /// The first rig, `lights` of them, each value moved to the nearest one that its role may have:
     /// `klieg_evaluator_suggest`, a rig of the engine's, or `NULL` for the middle of every range.
     pub first: *const klieg_light,
@@ -104,15 +121,14 @@ pub struct klieg_design {
     pub seed: u64,
 }
 
-/// Sets the defaults: a search without an end for point lights of the profile "natural", with the
-/// paper's genetic algorithm. Any thread.
+/// Sets the defaults: a search without an end for point lights of the profile "natural", by SHADE. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_design_defaults(design: *mut klieg_design) -> klieg_status {
     // SAFETY: the caller's pointer.
     free_call(|| unsafe { put(design, c_design(profile::DEFAULT), "design") })
 }
 
-/// As `klieg_design_defaults`, with the lights as the profile of that name has them. Any thread.
+/// As `klieg_design_defaults`, with the lights and the optimiser as the profile of that name has them. Any thread.
 ///
 /// `KLIEG_ERROR_ARGUMENT` for an unknown name, with the known ones in the message.
 #[unsafe(no_mangle)]
@@ -126,7 +142,7 @@ pub unsafe extern "C" fn klieg_design_profile(
 
 fn c_design(profile: &Profile) -> klieg_design {
     let boxes = (profile.boxes)();
-    let Settings { start: StartSettings { scattered, spread }, genetic, greedy } =
+    let Settings { start: StartSettings { scattered, spread }, genetic, shade, greedy } =
         Settings::default();
     klieg_design {
         roles: std::ptr::null(),
@@ -136,8 +152,8 @@ fn c_design(profile: &Profile) -> klieg_design {
         key: box_in_c(&boxes.key),
         fill: box_in_c(&boxes.fill),
         rim: box_in_c(&boxes.rim),
-        optimizer: std::ptr::null(),
-        population: genetic.population as u32,
+        optimizer: name_in_c(&profile.optimizer),
+        population: profile.population as u32,
         generations: 0,
         patience: genetic.patience as u64,
         elitism: genetic.elitism,
@@ -151,9 +167,23 @@ fn c_design(profile: &Profile) -> klieg_design {
         greedy_probe: greedy.probe,
         greedy_step: greedy.step,
         greedy_end: greedy.end,
+        shade_history: shade.history as u32,
+        shade_archive: shade.archive,
+        shade_best: shade.best,
+        shade_settled: shade.settled,
+        shade_starts: 0,
         first: std::ptr::null(),
         seed: 0,
     }
+}
+
+/// The profiles' optimisers, as C reads their names.
+const NAMES: [&CStr; 2] = [c"ga", c"shade"];
+
+/// The name of an optimiser; `NULL` for one that is none of a profile's.
+fn name_in_c(optimizer: &Entry) -> *const c_char {
+    let name = NAMES.into_iter().find(|name| name.to_bytes() == optimizer.name.as_bytes());
+    name.map_or(std::ptr::null(), CStr::as_ptr)
 }
 
 fn box_in_c(space: &RoleBox) -> klieg_role_box {
@@ -219,7 +249,7 @@ pub(super) unsafe fn as_genome(design: &klieg_design) -> Outcome<Genome> {
 /// The design's name is valid.
 pub(super) unsafe fn optimizer(design: &klieg_design) -> Outcome<&str> {
     match design.optimizer.is_null() {
-        true => Ok(genetic::NAME),
+        true => Ok(shade::NAME),
         // SAFETY: the caller's promise.
         false => unsafe { text(design.optimizer, "optimizer") },
     }
@@ -244,5 +274,12 @@ pub(super) fn as_settings(design: &klieg_design) -> Settings {
         end: design.greedy_end,
     };
     let start = StartSettings { scattered: design.scattered, spread: design.spread };
-    Settings { start, genetic, greedy }
+    let shade = ShadeSettings {
+        history: design.shade_history as usize,
+        archive: design.shade_archive,
+        best: design.shade_best,
+        settled: design.shade_settled,
+        starts: if design.shade_starts == 0 { usize::MAX } else { count(design.shade_starts) },
+    };
+    Settings { start, genetic, shade, greedy }
 }

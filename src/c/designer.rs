@@ -89,7 +89,7 @@ pub unsafe extern "C" fn klieg_designer_destroy(designer: *mut klieg_designer) {
 
 /// Gives the rigs whose scores the search wants next: `*rigs` of them, one after the other, each with the
 /// design's number of lights; none when the search has ended. `capacity` is the number of lights that
-/// `lights` has room for. Of `"ga"` and `"random"`, `klieg_design::population` · `klieg_design::lights` is in
+/// `lights` has room for. Of `"shade"`, `"ga"` and `"random"`, `klieg_design::population` · `klieg_design::lights` is in
 /// any case enough; descents ask for two rigs for each value of each light of each descent. Asking again gives
 /// the same until `klieg_designer_tell`.
 ///

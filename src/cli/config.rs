@@ -12,7 +12,7 @@ use crate::lighting::genome::{Boxes, Genome};
 use crate::lighting::shading::Shading;
 use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
-use crate::optimize::{self, GeneticSettings, GreedySettings, StartSettings};
+use crate::optimize::{self, GeneticSettings, GreedySettings, ShadeSettings, StartSettings};
 use crate::render::{self, Background};
 use crate::scene::load::{FileAccess, Orientation, Reading, Up};
 use crate::{Error, Result};
@@ -61,6 +61,8 @@ pub struct Settings {
     pub optimizer: OptimizerName,
     /// The genetic algorithm.
     pub search: GeneticSettings,
+    /// SHADE.
+    pub shade: ShadeSettings,
     /// The greedy descents.
     pub greedy: GreedySettings,
 }
@@ -197,7 +199,7 @@ impl Default for Settings {
 impl Settings {
     /// The defaults of a profile.
     pub fn of(profile: &'static Profile) -> Self {
-        let &Profile { roles, kind, .. } = profile;
+        let &Profile { roles, kind, ref optimizer, population, .. } = profile;
         Self {
             profile: ProfileName(profile),
             seed: 0,
@@ -220,8 +222,9 @@ impl Settings {
             picture: render::Settings::default(),
             start: StartSettings::default(),
             first: First::default(),
-            optimizer: OptimizerName::default(),
-            search: GeneticSettings::default(),
+            optimizer: OptimizerName(optimizer),
+            search: GeneticSettings { population, ..GeneticSettings::default() },
+            shade: ShadeSettings::default(),
             greedy: GreedySettings::default(),
         }
     }
@@ -300,7 +303,8 @@ impl Settings {
 
     /// The settings of all optimisers.
     pub fn optimizers(&self) -> optimize::Settings {
-        optimize::Settings { start: self.start, genetic: self.search, greedy: self.greedy }
+        let &Self { start, search: genetic, shade, greedy, .. } = self;
+        optimize::Settings { start, genetic, shade, greedy }
     }
 }
 

@@ -10,12 +10,6 @@ use serde::{Deserialize, Serialize};
 #[serde(try_from = "String", into = "String")]
 pub struct OptimizerName(pub &'static Entry);
 
-impl Default for OptimizerName {
-    fn default() -> Self {
-        Self(&OPTIMIZERS[0])
-    }
-}
-
 impl TryFrom<String> for OptimizerName {
     type Error = Error;
 

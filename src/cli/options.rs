@@ -152,13 +152,13 @@ pub(super) struct SearchOptions {
     intensities: Option<Intensities>,
     #[command(flatten)]
     look: LightOptions,
-    /// Individuals of a generation, 2 or more [default: 30]
+    /// Individuals of a generation, 2 or more [default: the profile's; natural: 20, paper: 30]
     #[arg(long, value_name = "N")]
     population: Option<usize>,
-    /// Generations, 1 or more [default: 100]
+    /// Generations, 1 or more; a search may end before [default: 100]
     #[arg(long, value_name = "N")]
     generations: Option<usize>,
-    /// How the lights are searched [default: ga]
+    /// How the lights are searched [default: the profile's; natural: shade, paper: ga]
     #[arg(long, value_name = "NAME", value_parser = OptimizerName::parser())]
     optimizer: Option<OptimizerName>,
     /// Where the search begins [default: k-means]

@@ -124,8 +124,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     }
     let mut table = print::columns(&["figures", "claim", "here"], &[]);
     for claim in &paper.claims {
-        let verdict = format!("{:?}", claim.verdict).to_lowercase();
-        table.add_row([claim.figures, claim.claim, &verdict]);
+        table.add_row([claim.figures, claim.claim, claim.verdict.words()]);
     }
     print::out(format!("{table}\n\n{}", print::written(&files)))
 }

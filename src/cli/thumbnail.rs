@@ -1,7 +1,6 @@
 //! `klieg thumbnail`: a small picture of a model under lights that were found for it.
 
 use super::config::Settings;
-use super::optimizer::OptimizerName;
 use super::options::LookOptions;
 use super::picture::PictureOptions;
 use super::render::File;
@@ -69,7 +68,6 @@ fn shorten(settings: &mut Settings, Size([width, height]): Size) {
     let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
     settings.view.size = Some(Size([side(width), side(height)]));
     settings.device = Device::Cpu;
-    settings.optimizer = OptimizerName::default();
     settings.search.population = POPULATION;
     settings.search.generations = GENERATIONS;
     settings.shadows.side = settings.shadows.side.min(SHADOW_SIDE);

@@ -56,7 +56,8 @@ use std::time::{Duration, Instant};
 ///     Some(cpu::shadows::table(&maps.surface, occluders, &ShadowSettings::default()));
 /// let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading)?;
 ///
-/// let mut designer = Designer::new(natural.genome()?, "ga", &Settings::endless(), None, 1)?;
+/// let search = natural.optimizer.name;
+/// let mut designer = Designer::new(natural.genome()?, search, &Settings::endless(), None, 1)?;
 /// let first = designer.advance(&mut evaluator, 1)?;
 /// let later = designer.advance(&mut evaluator, 9)?;
 /// assert_eq!(later.generation, 10);
@@ -80,7 +81,7 @@ impl Designer {
     /// [`start::first_of_surface`](super::start::first_of_surface) (k-means of the normals) or from
     /// [`start::from_rig`](super::start::from_rig) (given lights); `None` is the middle of every range.
     ///
-    /// What ends the search, such as `generations` or `patience` of the genetic algorithm, counts from
+    /// What ends the search, such as `generations` or `patience` of the genetic algorithm and SHADE, counts from
     /// the last [`Designer::follow`] or [`Designer::renew`], which wake a search that has ended.
     /// [`Settings::endless`] never ends it, unless it is a greedy descent on level ground; the plain
     /// defaults do.
@@ -125,7 +126,7 @@ impl Designer {
         self.batch.genome()
     }
 
-    /// The rigs whose scores the search wants next; none when it has ended. Of the genetic algorithm
+    /// The rigs whose scores the search wants next; none when it has ended. Of the genetic algorithm and SHADE
     /// they are [`population`](optimize::GeneticSettings::population) at most, of greedy descents two
     /// for each allele of each start.
     pub fn ask(&self) -> &Population {

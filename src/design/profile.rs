@@ -5,6 +5,7 @@ use crate::lighting::shading::{Brdf, Shading};
 use crate::lighting::{LightKind, Role};
 use crate::math::range::Range;
 use crate::objective::{MeanTarget, Objective, Terms};
+use crate::optimize::{Entry, genetic, shade};
 use crate::{Error, Result};
 
 /// A full set of defaults. Every part of it is a setting of its own, and what a user sets goes before it.
@@ -14,7 +15,8 @@ use crate::{Error, Result};
 /// use klieg::optimize::Settings;
 ///
 /// let natural = Profile::named("natural")?;
-/// let designer = Designer::new(natural.genome()?, "ga", &Settings::endless(), None, 1)?;
+/// let search = natural.optimizer.name;
+/// let designer = Designer::new(natural.genome()?, search, &Settings::endless(), None, 1)?;
 /// assert_eq!(designer.genome().lights(), natural.roles.len());
 /// # Ok::<(), klieg::Error>(())
 /// ```
@@ -36,6 +38,10 @@ pub struct Profile {
     pub kind: LightKind,
     /// The values that they may have.
     pub boxes: fn() -> Boxes,
+    /// How they are searched.
+    pub optimizer: Entry,
+    /// Individuals of a generation.
+    pub population: usize,
 }
 
 /// The profiles.
@@ -54,6 +60,8 @@ pub static PAPER: Profile = Profile {
     roles: &[Role::Key, Role::Fill],
     kind: LightKind::POINT,
     boxes: Boxes::default,
+    optimizer: genetic::ENTRY,
+    population: 30,
 };
 
 /// What people will see: the numbers are klieg's own, `docs/METHOD.md`.
@@ -66,6 +74,8 @@ pub static NATURAL: Profile = Profile {
     roles: &[Role::Key, Role::Fill],
     kind: LightKind::POINT,
     boxes: natural_boxes,
+    optimizer: shade::ENTRY,
+    population: 20,
 };
 
 impl Profile {

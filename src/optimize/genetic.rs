@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// Its name in settings.
 pub const NAME: &str = "ga";
 
-pub(super) const ENTRY: Entry = Entry {
+pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
     title: "genetic algorithm",
     description: "The genetic algorithm of Ha and Olivier",

@@ -8,6 +8,7 @@ pub mod descent;
 pub mod genetic;
 pub mod random;
 pub mod restarts;
+pub mod shade;
 pub mod start;
 pub mod table;
 
@@ -18,6 +19,7 @@ pub use descent::{Descent, DescentSettings, GreedySettings};
 pub use genetic::{Genetic, GeneticSettings, MAX_POPULATION};
 pub use random::Random;
 pub use restarts::Restarts;
+pub use shade::{Shade, ShadeSettings};
 pub use start::StartSettings;
 pub use table::{Entry, OPTIMIZERS, Settings, Setup, create, find};
 
@@ -193,7 +195,7 @@ mod tests {
                 }
                 let expected = match search.name() {
                     "ga" => 10 + 6 * 9..=10 + 6 * 9,
-                    "random" => 70..=70,
+                    "random" | "shade" => 70..=70,
                     // Up to the probes of one place more.
                     "restarts" => settings.budget()..=settings.budget() + 5,
                     _ => 1..=10_000,
@@ -228,7 +230,7 @@ mod tests {
         wrong.genetic.population = 1;
         let middle = vec![0.0; 3];
         refused("annealing", setup(middle.clone(), &settings), "'annealing'");
-        refused("", setup(middle.clone(), &settings), "ga, greedy, restarts, random");
+        refused("", setup(middle.clone(), &settings), "ga, shade, greedy, restarts, random");
         for entry in OPTIMIZERS {
             refused(entry.name, setup(vec![0.0; 2], &settings), "2 alleles");
             refused(entry.name, setup(vec![0.0, f32::NAN, 0.0], &settings), "allele 1");

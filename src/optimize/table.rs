@@ -1,13 +1,14 @@
 //! The optimisers by name.
 
-use super::{GeneticSettings, GreedySettings, Optimizer, StartSettings};
-use super::{descent, genetic, random, restarts};
+use super::{GeneticSettings, GreedySettings, Optimizer, ShadeSettings, StartSettings};
+use super::{descent, genetic, random, restarts, shade};
 use crate::math::range::Range;
 use crate::{Error, Result};
 use rand_chacha::ChaCha8Rng;
 
-/// Every optimiser; the first is the default.
-pub const OPTIMIZERS: &[Entry] = &[genetic::ENTRY, descent::ENTRY, restarts::ENTRY, random::ENTRY];
+/// Every optimiser.
+pub const OPTIMIZERS: &[Entry] =
+    &[genetic::ENTRY, shade::ENTRY, descent::ENTRY, restarts::ENTRY, random::ENTRY];
 
 /// An optimiser by its name.
 #[derive(Debug, Clone, Copy)]
@@ -52,24 +53,28 @@ pub struct Setup<'a> {
 pub struct Settings {
     /// The first population.
     pub start: StartSettings,
-    /// The genetic algorithm. Its population and generations hold for random search too, and its
-    /// evaluations are what descents with restarts may use.
+    /// The genetic algorithm. Its population and generations hold for SHADE and random search too, its
+    /// patience for SHADE, and its evaluations are what descents with restarts may use.
     pub genetic: GeneticSettings,
+    /// SHADE.
+    pub shade: ShadeSettings,
     /// The greedy descents.
     pub greedy: GreedySettings,
 }
 
 impl Settings {
-    /// The defaults without an end, for a search that runs as long as its caller wants: a genetic,
-    /// random or restarted one goes on for ever, a greedy descent until the ground is level.
+    /// The defaults without an end, for a search that runs as long as its caller wants: a greedy
+    /// descent goes on until the ground is level, all others for ever.
     pub fn endless() -> Self {
-        Self { genetic: GeneticSettings::endless(), ..Self::default() }
+        let (genetic, shade) = (GeneticSettings::endless(), ShadeSettings::endless());
+        Self { genetic, shade, ..Self::default() }
     }
 
     /// # Errors
     /// [`Error::Argument`] that names the first setting out of its range.
     pub fn check(&self) -> Result<()> {
         self.start.check()?;
+        self.shade.check()?;
         self.greedy.check()?;
         self.genetic.check()
     }

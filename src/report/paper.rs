@@ -7,6 +7,7 @@ use super::json::ObjectiveRecord;
 use super::{html, picture};
 use crate::evaluate::DeviceInfo;
 use crate::objective::Term;
+use crate::study::contest::Finding;
 use anyhow::{Context, Result, anyhow};
 use image::RgbImage;
 use minijinja::value::Serde;
@@ -16,9 +17,6 @@ use std::collections::BTreeMap;
 
 /// Minima whose pictures the page shows.
 const SHOWN_MINIMA: usize = 4;
-
-/// p-value below which a difference is not put down to chance.
-const LEVEL: f64 = 0.05;
 
 /// `paper.json`.
 #[derive(Debug, Clone, Serialize)]
@@ -115,7 +113,7 @@ impl SceneExhibits {
 
 /// Whether what a claim says was seen here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// In all that was measured.
     Holds,
@@ -123,6 +121,8 @@ pub enum Verdict {
     Partly,
     /// In none of it.
     Fails,
+    /// There were too few runs to tell.
+    TooFewRuns,
 }
 
 impl Verdict {
@@ -131,6 +131,16 @@ impl Verdict {
             0 => Self::Fails,
             n if n == cases.len() => Self::Holds,
             _ => Self::Partly,
+        }
+    }
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::Partly => "holds in part",
+            Self::Fails => "does not hold",
+            Self::TooFewRuns => "too few runs to tell",
         }
     }
 }
@@ -197,10 +207,7 @@ pub fn claims(scenes: &[SceneFigures]) -> Vec<Claim> {
             claim: "The genetic algorithm ends consistently lower than the greedy search.",
             test: "its median F is lower and a Wilcoxon signed-rank test gives p below 0.05, in \
                    each scene",
-            verdict: verdict(&|scene| {
-                let comparison = scene.compare.comparison;
-                comparison.median_difference < 0.0 && comparison.p_value < LEVEL
-            }),
+            verdict: ends_lower(scenes.iter().map(|scene| scene.compare.comparison.verdict)),
         },
         Claim {
             id: "picture",
@@ -215,6 +222,14 @@ pub fn claims(scenes: &[SceneFigures]) -> Vec<Claim> {
             }),
         },
     ]
+}
+
+/// Whether the genetic algorithm ends lower in each scene, as its comparisons find.
+fn ends_lower(findings: impl Iterator<Item = Finding> + Clone) -> Verdict {
+    if findings.clone().any(|finding| finding == Finding::TooFewRuns) {
+        return Verdict::TooFewRuns;
+    }
+    Verdict::of(&findings.map(|finding| finding == Finding::Lower).collect::<Vec<_>>())
 }
 
 fn converges(scene: &SceneFigures) -> bool {
@@ -319,4 +334,20 @@ pub fn render(paper: &Paper, scenes: &[SceneExhibits]) -> Result<String> {
         shown_minima => SHOWN_MINIMA,
     };
     environment.get_template("paper.html")?.render(page).map_err(|e| anyhow!("{e:#}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_claim_on_too_few_runs_is_not_judged() {
+        use Finding::{Alike, Higher, Lower, TooFewRuns};
+        let verdict = |findings: &[Finding]| ends_lower(findings.iter().copied());
+        assert_eq!(verdict(&[Lower, Lower]), Verdict::Holds);
+        assert_eq!(verdict(&[Lower, Alike]), Verdict::Partly);
+        assert_eq!(verdict(&[Higher, Alike]), Verdict::Fails);
+        assert_eq!(verdict(&[TooFewRuns, TooFewRuns]), Verdict::TooFewRuns);
+        assert_eq!(serde_json::to_value(Verdict::TooFewRuns).unwrap(), "too-few-runs");
+    }
 }

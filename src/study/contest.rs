@@ -1,7 +1,7 @@
 //! Searches against each other at equal numbers of evaluations, paired by seed (Ha and Olivier 2006,
 //! figures 8 and 12).
 
-use super::statistics::{Quartiles, wilcoxon};
+use super::statistics::{LEVEL, Quartiles, least_p_value, wilcoxon};
 use super::{Observe, Subject, seeds};
 use crate::Result;
 use crate::design::{Course, race};
@@ -44,6 +44,34 @@ pub struct Comparison {
     pub median_difference: f32,
     /// Two-sided p-value of the Wilcoxon signed-rank test.
     pub p_value: f64,
+    /// What that says.
+    pub verdict: Finding,
+}
+
+/// What a comparison of two optimisers says of the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Finding {
+    /// It ends lower, by more than chance.
+    Lower,
+    /// It ends higher, by more than chance.
+    Higher,
+    /// What difference there is may be chance.
+    Alike,
+    /// With so few runs no difference could be told from chance.
+    TooFewRuns,
+}
+
+impl Finding {
+    /// In words that follow the optimiser's name.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Lower => "ends lower",
+            Self::Higher => "ends higher",
+            Self::Alike => "does not differ beyond chance",
+            Self::TooFewRuns => "too few runs to tell",
+        }
+    }
 }
 
 impl Comparison {
@@ -52,11 +80,20 @@ impl Comparison {
         let pairs = || a.iter().zip(b);
         let share = |count: usize| count as f64 / a.len().max(1) as f64;
         let differences: Vec<f32> = pairs().map(|(a, b)| a - b).collect();
+        let median_difference = Quartiles::of(&differences).median;
+        let p_value = wilcoxon(a, b);
+        let verdict = match p_value < LEVEL {
+            _ if least_p_value(a.len().min(b.len())) >= LEVEL => Finding::TooFewRuns,
+            true if median_difference < 0.0 => Finding::Lower,
+            true if median_difference > 0.0 => Finding::Higher,
+            _ => Finding::Alike,
+        };
         Self {
             won: share(pairs().filter(|(a, b)| a < b).count()),
             tied: share(pairs().filter(|(a, b)| a == b).count()),
-            median_difference: Quartiles::of(&differences).median,
-            p_value: wilcoxon(a, b),
+            median_difference,
+            p_value,
+            verdict,
         }
     }
 }
@@ -86,10 +123,26 @@ pub fn run(
     optimizers: &[&str],
     observe: &mut Observe,
 ) -> Result<Contest> {
+    let budget = settings.genetic.budget();
+    run_within(budget, subject, genome, settings, (seed, runs), optimizers, observe)
+}
+
+/// As [`run`], with another number of evaluations for every run.
+///
+/// # Errors
+/// The same.
+pub fn run_within(
+    budget: usize,
+    subject: &mut Subject,
+    genome: &Genome,
+    settings: &Settings,
+    (seed, runs): (u64, usize),
+    optimizers: &[&str],
+    observe: &mut Observe,
+) -> Result<Contest> {
     let seeds = seeds(seed, runs)?;
     settings.check()?;
     let entries: Vec<_> = optimizers.iter().map(|name| find(name)).collect::<Result<_>>()?;
-    let budget = settings.genetic.budget();
     let beginnings = subject.beginnings(genome, &seeds)?;
     let mut searches = Vec::new();
     for entry in &entries {
@@ -105,4 +158,23 @@ pub fn run(
     };
     let contestants = entries.into_iter().enumerate().map(contestant).collect();
     Ok(Contest { budget, seed, contestants })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn five_pairs_are_too_few_to_tell_and_six_can_tell() {
+        let verdict = |a: &[f32], b: &[f32]| Comparison::of(a, b).verdict;
+        let (low, high) = ([0.1, 0.2, 0.3, 0.1, 0.2, 0.1], [0.4, 0.6, 0.8, 0.5, 0.9, 0.7]);
+        assert_eq!(verdict(&low[..5], &high[..5]), Finding::TooFewRuns);
+        assert_eq!(verdict(&low, &high), Finding::Lower);
+        assert_eq!(verdict(&high, &low), Finding::Higher);
+        assert_eq!(verdict(&low, &low), Finding::Alike);
+        let mut mixed = high;
+        mixed[0] = 0.0;
+        assert_eq!(verdict(&low, &mixed), Finding::Alike);
+        assert_eq!(verdict(&[], &[]), Finding::TooFewRuns);
+    }
 }

@@ -42,6 +42,14 @@ pub fn median_index(sample: &[f32]) -> usize {
     order.get(sample.len().saturating_sub(1) / 2).copied().unwrap_or(0)
 }
 
+/// p-value below which a difference is not put down to chance.
+pub const LEVEL: f64 = 0.05;
+
+/// The lowest p-value that [`wilcoxon`] can give for so many pairs: that of differences of one sign.
+pub fn least_p_value(pairs: usize) -> f64 {
+    (2.0 * 0.5f64.powf(pairs as f64)).min(1.0)
+}
+
 /// Two-sided p-value of the Wilcoxon signed-rank test (Wilcoxon 1945): how likely pairs that differ by
 /// chance alone are to differ as consistently as `a` and `b` do. Exact, by counting sign patterns;
 /// pairs without a difference are left out and equal differences share their ranks' mean. 1 when no
@@ -164,5 +172,9 @@ mod tests {
         assert_eq!(wilcoxon(&[1.0, 5.0], &[1.0, 4.0]), 1.0);
         assert_eq!(wilcoxon(&[1.0; 5], &[1.0; 5]), 1.0);
         assert_eq!(wilcoxon(&[], &[]), 1.0);
+        for n in 0..12 {
+            let (a, b) = pairs(n, &[]);
+            assert_eq!(wilcoxon(&a, &b), least_p_value(n));
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! `klieg study`: the paper's experiments on any scene.
 
+mod optimizers;
 mod positions;
 mod searches;
 
@@ -36,6 +37,7 @@ enum Study {
     Compare(searches::CompareOptions),
     Sweep(searches::SweepOptions),
     Ablation(searches::AblationOptions),
+    Optimizers(optimizers::Options),
 }
 
 pub(super) fn run(options: &Options) -> Result<()> {
@@ -46,6 +48,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
         Study::Compare(options) => searches::compare(options),
         Study::Sweep(options) => searches::sweep(options),
         Study::Ablation(options) => searches::ablation(options),
+        Study::Optimizers(options) => optimizers::run(options),
     }
 }
 

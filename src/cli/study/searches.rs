@@ -28,7 +28,7 @@ struct SearchOptions {
     /// Runs of each search, each with a seed of its own, 1 to 1000
     #[arg(long, value_name = "N", default_value_t = 10)]
     runs: usize,
-    /// Individuals of a generation, 2 or more [default: 30]
+    /// Individuals of a generation, 2 or more [default: the profile's; natural: 20, paper: 30]
     #[arg(long, value_name = "N")]
     population: Option<usize>,
     /// Generations of the genetic algorithm, whose evaluations are the budget of every search
@@ -155,12 +155,13 @@ pub(super) fn compare(options: &CompareOptions) -> Result<()> {
     let comparison = &data.comparison;
     let summary = format!(
         "median F: genetic algorithm {:.4}, greedy with restarts {:.4}\n\
-         the genetic algorithm won {:.0} % of {} runs; Wilcoxon signed-rank p = {:.3}\n",
+         the genetic algorithm won {:.0} % of {} runs; Wilcoxon signed-rank p = {:.3}: {}\n",
         data.genetic.quartiles.median,
         data.greedy.quartiles.median,
         100.0 * comparison.won,
         data.runs,
-        comparison.p_value
+        comparison.p_value,
+        comparison.verdict.words()
     );
     search.common.finish((session, staging), "compare", &exhibit, &summary)
 }

@@ -16,7 +16,7 @@ fn designer(genetic: GeneticSettings, seed: u64) -> Designer {
 }
 
 fn named(optimizer: &str, genetic: GeneticSettings, seed: u64) -> Designer {
-    let settings = Settings { genetic, ..Settings::default() };
+    let settings = Settings { genetic, ..Settings::endless() };
     Designer::new(genome(), optimizer, &settings, None, seed).unwrap()
 }
 
@@ -307,7 +307,7 @@ fn faults_of_the_caller_are_named() {
     let spread = Settings { start, ..settings };
     refused(Designer::new(genome(), "ga", &spread, None, 0).map(|_| ()), "start.spread");
     let unknown = Designer::new(genome(), "annealing", &settings, None, 0).map(|_| ());
-    refused(unknown, "'annealing': there are ga, greedy");
+    refused(unknown, "'annealing': there are ga, shade");
     // A search of another number of alleles.
     let roles = [Role::Key, Role::Fill, Role::Rim];
     let larger = Genome::new(&roles, LightKind::POINT, &Boxes::default()).unwrap();

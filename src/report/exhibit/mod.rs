@@ -3,6 +3,7 @@
 
 pub mod ablation;
 pub mod contest;
+pub mod gaps;
 pub mod landscape;
 pub mod starts;
 pub mod sweep;

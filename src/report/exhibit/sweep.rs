@@ -2,17 +2,14 @@
 
 use super::{Exhibit, plotted, table};
 use crate::report::plot::{self, Panel, Setting};
-use crate::study::contest::Comparison;
-use crate::study::statistics::Quartiles;
+use crate::study::contest::{Comparison, Finding};
+use crate::study::statistics::{LEVEL, Quartiles};
 use crate::study::sweep::{Parameter, Sweep};
 use anyhow::Result;
 use serde::Serialize;
 
 /// Size of the plot, pixels: four panels.
 const PLOT: (u32, u32) = (560, 520);
-
-/// p-value below which a difference is not put down to chance.
-const LEVEL: f64 = 0.05;
 
 /// A sweep in figures.
 #[derive(Debug, Clone, Serialize)]
@@ -46,20 +43,6 @@ pub struct TrialRecord {
     pub against_standard: Comparison,
 }
 
-impl TrialRecord {
-    /// -1 where it is better than the standard beyond chance, 1 where it is worse, 0 otherwise.
-    fn verdict(&self) -> i32 {
-        let Comparison { median_difference, p_value, .. } = self.against_standard;
-        if p_value >= LEVEL {
-            0
-        } else if median_difference < 0.0 {
-            -1
-        } else {
-            1
-        }
-    }
-}
-
 /// The exhibit.
 ///
 /// # Errors
@@ -76,12 +59,13 @@ pub fn exhibit(sweep: &Sweep) -> Result<Exhibit<Figures>> {
             against_standard: trial.against_standard,
         })
         .collect();
-    let count = |verdict| trials.iter().filter(|trial| trial.verdict() == verdict).count();
+    let count =
+        |verdict| trials.iter().filter(|trial| trial.against_standard.verdict == verdict).count();
     let data = Figures {
         budget: sweep.budget,
         runs: sweep.trials.first().map_or(0, |trial| trial.scores.len()),
-        better: count(-1),
-        worse: count(1),
+        better: count(Finding::Lower),
+        worse: count(Finding::Higher),
         level: LEVEL,
         trials: trials.clone(),
     };
