@@ -221,7 +221,9 @@ mod tests {
         }
         for (at, value) in [(20, 0), (28, 1), (32, 2), (36, 6), (40, 1 << 30), (44, 9), (103, 1)] {
             let mut bytes = bytes.clone();
-            bytes[at..at + 4].copy_from_slice(&u32::to_le_bytes(value)[..4.min(bytes.len() - at)]);
+            for (byte, value) in bytes[at..].iter_mut().zip(u32::to_le_bytes(value)) {
+                *byte = value;
+            }
             assert!(Picture::of(bytes.into()).is_err(), "{at}");
         }
         let picture = Picture::of(bytes.into()).expect("a header");
