@@ -262,7 +262,7 @@ mod tests {
         let paths: [&Path; 5] = [&pair, &pair, &gone, &pair, &elephant];
         let (sender, scenes) = mpsc::sync_channel(0);
         let loaded: Vec<_> = std::thread::scope(|scope| {
-            scope.spawn(move || load_ahead(paths.into_iter(), Reading::SceneFolder, &sender));
+            scope.spawn(move || load_ahead(paths.into_iter(), Reading::default(), &sender));
             scenes.iter().map(|ready| ready.map(|ready| ready.scene)).collect()
         });
         let [Ok(first), Ok(second), Err(fault), Ok(third), Ok(last)] = &loaded[..] else {
@@ -279,6 +279,6 @@ mod tests {
         let (sender, scenes) = mpsc::sync_channel(0);
         drop(scenes);
         let paths = std::iter::repeat(Path::new("gone.glb"));
-        load_ahead(paths, Reading::SceneFolder, &sender);
+        load_ahead(paths, Reading::default(), &sender);
     }
 }
