@@ -219,9 +219,11 @@ mod tests {
         for length in 0..bytes.len() {
             assert!(Picture::of(bytes[..length].into()).is_err(), "{length}");
         }
-        for (at, value) in [(20, 0), (28, 1), (32, 2), (36, 6), (40, 1 << 30), (44, 9), (100, 16)] {
+        for (at, value) in [(20, 0), (28, 1), (32, 2), (36, 6), (40, 1 << 30), (44, 9), (103, 1)] {
             let mut bytes = bytes.clone();
-            bytes[at..at + 4].copy_from_slice(&u32::to_le_bytes(value));
+            for (byte, value) in bytes[at..].iter_mut().zip(u32::to_le_bytes(value)) {
+                *byte = value;
+            }
             assert!(Picture::of(bytes.into()).is_err(), "{at}");
         }
         let picture = Picture::of(bytes.into()).expect("a header");
