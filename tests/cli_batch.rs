@@ -239,7 +239,7 @@ fn lists_and_folders_with_faults_are_refused_before_any_work() {
     let place = Folder::new();
     std::fs::create_dir(place.path("empty")).unwrap();
     write(&place, "no.txt", "\n# nothing\n");
-    write(&place, "what.obj", "");
+    write(&place, "what.bin", "");
     let item = |rest: &str| {
         format!("[[item]]\nscene = \"ball.gltf\"\n\n[[item]]\nscene = \"ball.gltf\"\n{rest}\n")
     };
@@ -261,11 +261,11 @@ fn lists_and_folders_with_faults_are_refused_before_any_work() {
         }
     }
     for (input, part) in [
-        ("empty", "no .gltf or .glb file"),
+        ("empty", "no .gltf, .glb, .ply, .stl or .obj file"),
         ("absent", "not found"),
         ("absent.toml", "absent.toml"),
         ("no.txt", "no scene"),
-        ("what.obj", "neither"),
+        ("what.bin", "neither"),
     ] {
         let output = batch(&place, &[input], &[]).assert().code(2).get_output().clone();
         let message = String::from_utf8(output.stderr).unwrap();

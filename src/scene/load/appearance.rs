@@ -17,6 +17,7 @@ pub const SEE_THROUGH: f32 = 0.5;
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub struct Appearance {
+    /// In place of metallic and roughness.
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub specular_glossiness: Option<SpecularGlossiness>,
     #[serde(rename = "KHR_materials_ior")]
@@ -35,10 +36,15 @@ pub struct Appearance {
 #[derive(Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct SpecularGlossiness {
+    /// Linear, with alpha.
     pub diffuse_factor: [f32; 4],
+    /// sRGB diffuse colour and linear alpha.
     pub diffuse_texture: Option<Info>,
+    /// Linear, at normal incidence.
     pub specular_factor: [f32; 3],
+    /// 0..1: 1 less the roughness.
     pub glossiness_factor: f32,
+    /// sRGB specular colour; glossiness in alpha.
     pub specular_glossiness_texture: Option<Info>,
 }
 

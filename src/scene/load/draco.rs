@@ -31,7 +31,9 @@ pub struct Compressed {
 /// declares them.
 #[derive(Clone)]
 pub struct Content {
+    /// The elements' bytes.
     pub bytes: Arc<Vec<u8>>,
+    /// Number of elements.
     pub count: usize,
 }
 

@@ -48,9 +48,13 @@ impl Content {
 
 /// The file that images are read from.
 pub struct Source<'a, 'r> {
+    /// Its content.
     pub root: &'a Root,
+    /// What its extensions say.
     pub extensions: &'a Extensions,
+    /// Its buffers.
     pub buffers: &'a [Buffer],
+    /// What its URIs name.
     pub resources: &'a mut Resources<'r>,
     /// What [`Content::Converted`] names.
     pub conversions: &'a [Conversion],
