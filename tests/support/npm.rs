@@ -15,7 +15,7 @@ pub fn run(tool: &str, script: &str, arguments: &[&Path]) -> Vec<u8> {
 /// Runs a program and gives what it prints.
 fn output(command: &mut Command) -> Vec<u8> {
     let output = command.output().unwrap_or_else(|error| {
-        panic!("{command:?}: {error}; these tests need Node.js 20 or later and npm")
+        panic!("{command:?}: {error}; these tests need Node.js 18 or later and npm")
     });
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{command:?}: {}\n{complaint}", output.status);
