@@ -1390,7 +1390,7 @@ typedef struct klieg_design {
     // Largest share of the population that counts as its best, 0..1; by default 0.2.
     float shade_best;
     // Its population has settled when the scores differ by no more than this share of the lowest, to 1; by
-    // default 0.001. Below 0 (to -1) it never has.
+    // default 0.003. Below 0 (to -1) it never has.
     float shade_settled;
     // Populations one after another, each from random rigs where the one before it has settled; 0, the default,
     // for no end.

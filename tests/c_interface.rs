@@ -195,7 +195,7 @@ fn by_profile(context: &Arc<Context>, scene: &Scene, view: &View) -> Vec<String>
     lines.extend(quality_lines("natural", &mut evaluator, Preset::ThreePoint));
     let genome = Genome::new(&[Role::Key, Role::Fill], NATURAL.kind, &(NATURAL.boxes)()).unwrap();
     let search = NATURAL.optimizer.name;
-    let mut designer = Designer::new(genome, search, &Settings::endless(), None, 0).unwrap();
+    let mut designer = Designer::new(genome, search, &NATURAL.endless(), None, 0).unwrap();
     designer.advance(&mut evaluator, 2).unwrap();
     lines.extend(light_lines("natural", &designer.best().unwrap().0));
     lines
@@ -271,7 +271,7 @@ fn expected(seed: u64) -> Vec<String> {
     let first = first_of_surface(evaluator.maps().unwrap(), &genome, &mut rng);
     lines.extend(light_lines("first", &genome.decode(&first)));
     let genetic = GeneticSettings { population: 12, ..GeneticSettings::endless() };
-    let settings = Settings { genetic, ..Settings::endless() };
+    let settings = Settings { genetic, ..DEFAULT.endless() };
     let search = DEFAULT.optimizer.name;
     let mut designer = Designer::new(genome, search, &settings, Some(first), seed).unwrap();
     let progress = designer.advance(&mut evaluator, 4).unwrap();

@@ -82,3 +82,37 @@ fn a_search_that_has_nothing_left_to_gain_ends_by_itself() {
     assert!(settled.0 < 200 && whole.0 == 300, "{settled:?} {whole:?}");
     assert!(settled.1 < 1.01 * whole.1, "{settled:?} {whole:?}");
 }
+
+#[test]
+fn a_search_may_begin_on_small_pictures_and_tells_the_score_of_the_whole_one() {
+    let place = Folder::new();
+    for device in ["cpu", "vulkan"] {
+        let design = |out: &str, coarse: &str| {
+            let small = ["design", "ball.gltf", "--size", "80x64", "--device", device];
+            let mut command = place.klieg(&small);
+            command.args(["--generations", "12", "--population", "8"]);
+            command.args(["--out", out, "--coarse", coarse]).assert().success();
+            let table = std::fs::read_to_string(place.path(&format!("{out}/convergence.csv")));
+            let best = |line: &str| line.split(',').nth(2).unwrap().parse().unwrap();
+            let bests: Vec<f32> = table.unwrap().lines().skip(1).map(best).collect();
+            let score = place.read_json(&format!("{out}/result.json"))["score"].as_f64().unwrap();
+            (bests, score as f32)
+        };
+        let (coarse, score) = design("coarse", "20");
+        let (whole, _) = design("whole", "0");
+        assert_eq!((coarse.len(), whole.len()), (12, 12), "{device}");
+        assert_ne!(coarse[0], whole[0], "{device}");
+        assert_eq!(score, coarse[11], "{device}");
+        // It is what the whole picture has under these lights, in lit.glb too.
+        let mut command = place.klieg(&["score", "coarse/lit.glb", "--device", device, "--json"]);
+        let output = command.output().unwrap();
+        let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let told = told["score"].as_f64().unwrap() as f32;
+        assert!((told - score).abs() < 2e-3, "{device}: {told} {score}");
+        // Half of the picture's side is small; more is not.
+        assert_eq!(design("half", "41").0, whole, "{device}");
+    }
+    let mut command = place.klieg(&["design", "ball.gltf", "--out", "out", "--coarse", "3"]);
+    let output = command.assert().code(2).get_output().stderr.clone();
+    assert!(String::from_utf8_lossy(&output).contains("coarse.side"));
+}

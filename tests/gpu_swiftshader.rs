@@ -79,7 +79,7 @@ fn its_scores_are_those_of_the_cpu() {
         (shadowed(), colors, shadows),
     ] {
         let (objective, view) = (Objective::default(), perspective(&scene, 97, 61));
-        let maps = cpu::draw(&scene, &view, &objective, &shadows).expect("maps");
+        let maps = cpu::draw(&scene, &view, &objective, (&shadows, None)).expect("maps");
         let mut native = CpuEvaluator::new(maps, &view, objective, shading).expect("an evaluator");
         let both = (objective, shading);
         let mut device = GpuEvaluator::with_shadows(&context, &scene, &view, both, &shadows)

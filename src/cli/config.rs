@@ -4,6 +4,7 @@
 use super::optimizer::OptimizerName;
 use super::profile::ProfileName;
 use super::values::{Device, Lights, Size};
+use crate::design::CoarseSettings;
 use crate::design::profile::{self, Profile};
 use crate::error::within;
 use crate::gpu::PipelineKind;
@@ -63,6 +64,8 @@ pub struct Settings {
     pub search: GeneticSettings,
     /// SHADE.
     pub shade: ShadeSettings,
+    /// Small pictures at first.
+    pub coarse: CoarseSettings,
     /// The greedy descents.
     pub greedy: GreedySettings,
 }
@@ -199,7 +202,7 @@ impl Default for Settings {
 impl Settings {
     /// The defaults of a profile.
     pub fn of(profile: &'static Profile) -> Self {
-        let &Profile { roles, kind, ref optimizer, population, .. } = profile;
+        let &Profile { roles, kind, ref optimizer, population, coarse, .. } = profile;
         Self {
             profile: ProfileName(profile),
             seed: 0,
@@ -225,6 +228,7 @@ impl Settings {
             optimizer: OptimizerName(optimizer),
             search: GeneticSettings { population, ..GeneticSettings::default() },
             shade: ShadeSettings::default(),
+            coarse: CoarseSettings { side: coarse, ..CoarseSettings::default() },
             greedy: GreedySettings::default(),
         }
     }
@@ -298,6 +302,7 @@ impl Settings {
         self.shading.check()?;
         self.shadows.check()?;
         self.picture.check()?;
+        self.coarse.check()?;
         self.optimizers().check()
     }
 

@@ -1,7 +1,8 @@
 //! How a design is made, one or many: the search, and all files that it leaves behind.
 
 use super::config::{First, Settings};
-use super::session::{Session, milliseconds, warn};
+use super::session::{Engine, Session, evaluator_on, milliseconds, warn};
+use crate::design::coarse::{self, run_coarse_first};
 use crate::design::{self, Outcome, Progress, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
@@ -18,6 +19,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// The lit scene.
@@ -77,6 +79,21 @@ fn optimizer(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer
     Ok(optimize::create(name, setup)?)
 }
 
+/// What measures small pictures of the view, where the settings ask for them.
+fn coarse(session: &mut Session) -> Result<Option<Engine>> {
+    let Some(small) = session.settings.coarse.view(&session.scene, &session.view)? else {
+        return Ok(None);
+    };
+    let objective = coarse::objective(&session.settings.objective, &session.view, &small);
+    let settings = Settings { objective, ..session.settings.clone() };
+    let shadows = session.evaluator.maps()?.shadows.as_ref();
+    let occluders = shadows.map(|shadows| Arc::clone(shadows.occluders()));
+    let mut coarse = evaluator_on(&session.device, (&session.scene, &small), &settings, occluders)?;
+    // What is a few pixels wide may be none there.
+    let seen = coarse.maps()?.counts.object() > 0;
+    Ok(seen.then_some(coarse))
+}
+
 /// Searches the lights, `observe` being called after every generation.
 ///
 /// # Errors
@@ -89,7 +106,23 @@ pub(super) fn search(
     let start = Instant::now();
     let genome = session.complete(genome)?;
     let mut search = optimizer(session, &genome)?;
-    let outcome = design::run(&mut *search, &genome, &mut *session.evaluator, observe)?;
+    let generations = (session.settings.optimizer.0.generations)(&session.settings.optimizers());
+    let coarse = match generations {
+        Some(generations) => coarse(session)?.map(|coarse| (coarse, generations)),
+        None => None,
+    };
+    let settings = session.settings.coarse;
+    let evaluator = &mut *session.evaluator;
+    let outcome = match coarse {
+        Some((mut coarse, generations)) => run_coarse_first(
+            &mut *search,
+            &genome,
+            (&mut *coarse, evaluator),
+            (&settings, generations),
+            observe,
+        )?,
+        None => design::run(&mut *search, &genome, evaluator, observe)?,
+    };
     session.timing.search = milliseconds(start);
     Ok(outcome)
 }

@@ -12,6 +12,7 @@ use crate::{Error, Result};
 use std::sync::Arc;
 
 /// A device that is ready for an evaluator.
+#[derive(Clone)]
 pub(super) enum Opened {
     /// The native CPU evaluator.
     Cpu,

@@ -161,6 +161,10 @@ pub(super) struct SearchOptions {
     /// How the lights are searched [default: the profile's; natural: shade, paper: ga]
     #[arg(long, value_name = "NAME", value_parser = OptimizerName::parser())]
     optimizer: Option<OptimizerName>,
+    /// Longest side of the small pictures that the search begins with; 0 for none
+    /// [default: the profile's; natural: 192, paper: 0]
+    #[arg(long, value_name = "PIXELS")]
+    coarse: Option<u32>,
     /// Where the search begins [default: k-means]
     #[arg(long, value_name = "RIG")]
     first: Option<First>,
@@ -244,6 +248,7 @@ impl SearchOptions {
         search.population = self.population.unwrap_or(search.population);
         search.generations = self.generations.unwrap_or(search.generations);
         settings.optimizer = self.optimizer.unwrap_or(settings.optimizer);
+        settings.coarse.side = self.coarse.unwrap_or(settings.coarse.side);
         settings.first = self.first.unwrap_or(settings.first);
         settings.seed = self.seed.unwrap_or(settings.seed);
         Ok(())

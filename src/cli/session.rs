@@ -19,6 +19,7 @@ use crate::report::exhibit::Studio;
 use crate::report::json::{Header, SceneLights, Timing};
 use crate::scene::framing::{Framing, frame};
 use crate::scene::load::Reading;
+use crate::scene::occluders::Occluders;
 use crate::scene::view::{Camera, View};
 use crate::scene::{self, Scene};
 use crate::study::Subject;
@@ -92,6 +93,8 @@ pub(super) struct Session {
     pub timing: Timing,
     /// The scene's own lights, where they are kept: they are part of every rig.
     kept: Rig,
+    /// What evaluators are made on.
+    pub device: Opened,
     /// When the scene was there.
     begin: Instant,
 }
@@ -145,12 +148,13 @@ impl Session {
         begin: Instant,
     ) -> Result<Self> {
         let view = view(&scene, &settings.view)?;
-        let mut evaluator = evaluator_on(device, &scene, &view, &settings)?;
+        let mut evaluator = evaluator_on(device, (&scene, &view), &settings, None)?;
         sees(&mut evaluator, &scene, &view)?;
         note_coarse_shadows(&mut evaluator, &settings.shadows)?;
         let kept = kept(&scene, &view, &settings)?;
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
-        Ok(Self { scene, view, evaluator, settings, timing, kept, begin })
+        let device = device.clone();
+        Ok(Self { scene, view, evaluator, settings, timing, kept, device, begin })
     }
 
     /// The times of a design that is complete.
@@ -328,20 +332,25 @@ pub(super) fn evaluator(
     settings: &Settings,
     device: &Device,
 ) -> crate::Result<Engine> {
-    evaluator_on(&device::open(device, settings)?, scene, view, settings)
+    evaluator_on(&device::open(device, settings)?, (scene, view), settings, None)
 }
 
-/// An evaluator on an open device.
-fn evaluator_on(
+/// An evaluator on an open device; natively with the `occluders` of another view through the same camera, where
+/// there is one.
+///
+/// # Errors
+/// What setting it up reports.
+pub(super) fn evaluator_on(
     device: &Opened,
-    scene: &Scene,
-    view: &View,
+    (scene, view): (&Scene, &View),
     settings: &Settings,
+    occluders: Option<Arc<Occluders>>,
 ) -> crate::Result<Engine> {
     let (objective, shading) = (settings.objective, settings.shading);
     Ok(match device {
         Opened::Cpu => {
-            let maps = cpu::draw(scene, view, &objective, &settings.shadows)?;
+            let shadows = (&settings.shadows, occluders);
+            let maps = cpu::draw(scene, view, &objective, shadows)?;
             Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?))
         }
         Opened::Vulkan(stored) => {

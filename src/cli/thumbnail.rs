@@ -18,9 +18,9 @@ use std::time::Instant;
 /// Most pixels of a side of the pictures that are judged.
 const JUDGED: u32 = 96;
 /// Individuals of a generation.
-const POPULATION: usize = 20;
+const POPULATION: usize = 16;
 /// Generations.
-const GENERATIONS: usize = 20;
+const GENERATIONS: usize = 24;
 /// Directions along a side of the shadow table.
 const SHADOW_SIDE: u32 = 15;
 

@@ -38,7 +38,8 @@ use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
 use std::sync::Arc;
 
-/// The maps of a view of a scene, with the shadow table where the settings have shadows on.
+/// The maps of a view of a scene, with the shadow table where the settings have shadows on: of the occluders in
+/// the view's light frame, which are found here where none are given.
 ///
 /// # Errors
 /// As [`Scene::check`], [`View::check`], [`Objective::check`], [`ShadowSettings::check`] and
@@ -47,7 +48,7 @@ pub fn draw(
     scene: &Scene,
     view: &View,
     objective: &Objective,
-    settings: &ShadowSettings,
+    (settings, occluders): (&ShadowSettings, Option<Arc<Occluders>>),
 ) -> Result<Maps> {
     scene.check()?;
     view.check()?;
@@ -55,7 +56,10 @@ pub fn draw(
     settings.check()?;
     let mut maps = maps(visibility::draw(scene, view), objective);
     if settings.on {
-        let occluders = Arc::new(Occluders::new(scene, view)?);
+        let occluders = match occluders {
+            Some(occluders) => occluders,
+            None => Arc::new(Occluders::new(scene, view)?),
+        };
         maps.shadows = Some(shadows::table(&maps.surface, occluders, settings));
     }
     Ok(maps)

@@ -27,7 +27,6 @@ use std::time::{Duration, Instant};
 /// use klieg::cpu::{self, CpuEvaluator};
 /// use klieg::design::{Designer, profile};
 /// use klieg::objective::shadows::ShadowSettings;
-/// use klieg::optimize::Settings;
 /// use klieg::scene::build::{MeshData, SceneBuilder};
 /// use klieg::scene::occluders::Occluders;
 /// use klieg::scene::view::{Camera, Projection, View};
@@ -57,7 +56,7 @@ use std::time::{Duration, Instant};
 /// let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading)?;
 ///
 /// let search = natural.optimizer.name;
-/// let mut designer = Designer::new(natural.genome()?, search, &Settings::endless(), None, 1)?;
+/// let mut designer = Designer::new(natural.genome()?, search, &natural.endless(), None, 1)?;
 /// let first = designer.advance(&mut evaluator, 1)?;
 /// let later = designer.advance(&mut evaluator, 9)?;
 /// assert_eq!(later.generation, 10);

@@ -1,8 +1,10 @@
 //! Searches for lights: chromosomes of an [`Optimizer`] go through the [`Genome`] to an [`Evaluator`], and
-//! the scores back. [`run`] takes one search to its end, [`race`] many side by side, and a [`Designer`]
+//! the scores back. [`run`] takes one search to its end,
+//! [`coarse::run_coarse_first`] on small pictures at first, [`race`] many side by side, and a [`Designer`]
 //! goes on a little every frame.
 
 mod batch;
+pub mod coarse;
 mod designer;
 pub mod profile;
 pub mod race;
@@ -18,6 +20,7 @@ use crate::{Error, Result};
 use std::ops::ControlFlow;
 
 pub(crate) use batch::Batch;
+pub use coarse::CoarseSettings;
 pub use designer::Designer;
 pub use race::{Course, race};
 
@@ -67,22 +70,56 @@ pub fn run(
     evaluator: &mut dyn Evaluator,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Outcome> {
-    let mut batch = Batch::new(genome)?;
-    let mut history: Vec<Progress> = Vec::new();
+    let mut run = Run::new(genome)?;
     let mut stopped = false;
-    while !stopped && !search.ask().is_empty() {
-        batch.fill(search)?;
-        let scores = batch.evaluate(evaluator)?;
-        search.tell(scores);
-        let before = history.last().map_or(0, |last| last.evaluations);
-        let progress = progress(search, history.len() + 1, before + scores.len());
-        stopped = observe(&progress).is_break();
-        history.push(progress);
-    }
-    let (chromosome, score) = search.best().ok_or_else(|| {
-        Error::Argument(format!("the search '{}' has ended without a score", search.name()))
+    run.go(search, evaluator, &mut |progress| {
+        let flow = observe(progress);
+        stopped = flow.is_break();
+        flow
     })?;
-    Ok(Outcome { rig: genome.decode(chromosome), score, history, stopped })
+    run.finish(search, genome, stopped)
+}
+
+/// A search on its way.
+struct Run {
+    batch: Batch,
+    history: Vec<Progress>,
+}
+
+impl Run {
+    fn new(genome: &Genome) -> Result<Self> {
+        Ok(Self { batch: Batch::new(genome)?, history: Vec::new() })
+    }
+
+    /// Goes on until the search ends or `observe` breaks off.
+    fn go(
+        &mut self,
+        search: &mut dyn Optimizer,
+        evaluator: &mut dyn Evaluator,
+        observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
+        while !search.ask().is_empty() {
+            self.batch.fill(search)?;
+            let scores = self.batch.evaluate(evaluator)?;
+            search.tell(scores);
+            let before = self.history.last().map_or(0, |last| last.evaluations);
+            let progress = progress(search, self.history.len() + 1, before + scores.len());
+            self.history.push(progress);
+            if observe(&progress).is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self, search: &dyn Optimizer, genome: &Genome, stopped: bool) -> Result<Outcome> {
+        let (chromosome, score) = search.best().ok_or_else(|| without_score(search))?;
+        Ok(Outcome { rig: genome.decode(chromosome), score, history: self.history, stopped })
+    }
+}
+
+fn without_score(search: &dyn Optimizer) -> Error {
+    Error::Argument(format!("the search '{}' has ended without a score", search.name()))
 }
 
 fn progress(search: &dyn Optimizer, generation: usize, evaluations: usize) -> Progress {

@@ -5,18 +5,17 @@ use crate::lighting::shading::{Brdf, Shading};
 use crate::lighting::{LightKind, Role};
 use crate::math::range::Range;
 use crate::objective::{MeanTarget, Objective, Terms};
-use crate::optimize::{Entry, genetic, shade};
+use crate::optimize::{Entry, GeneticSettings, Settings, genetic, shade};
 use crate::{Error, Result};
 
 /// A full set of defaults. Every part of it is a setting of its own, and what a user sets goes before it.
 ///
 /// ```
 /// use klieg::design::{Designer, profile::Profile};
-/// use klieg::optimize::Settings;
 ///
 /// let natural = Profile::named("natural")?;
 /// let search = natural.optimizer.name;
-/// let designer = Designer::new(natural.genome()?, search, &Settings::endless(), None, 1)?;
+/// let designer = Designer::new(natural.genome()?, search, &natural.endless(), None, 1)?;
 /// assert_eq!(designer.genome().lights(), natural.roles.len());
 /// # Ok::<(), klieg::Error>(())
 /// ```
@@ -42,6 +41,8 @@ pub struct Profile {
     pub optimizer: Entry,
     /// Individuals of a generation.
     pub population: usize,
+    /// Longest side of the small pictures that a search begins with, pixels; 0 for none.
+    pub coarse: u32,
 }
 
 /// The profiles.
@@ -62,6 +63,7 @@ pub static PAPER: Profile = Profile {
     boxes: Boxes::default,
     optimizer: genetic::ENTRY,
     population: 30,
+    coarse: 0,
 };
 
 /// What people will see: the numbers are klieg's own, `docs/METHOD.md`.
@@ -76,6 +78,7 @@ pub static NATURAL: Profile = Profile {
     boxes: natural_boxes,
     optimizer: shade::ENTRY,
     population: 20,
+    coarse: 192,
 };
 
 impl Profile {
@@ -99,6 +102,12 @@ impl Profile {
     /// As [`Genome::new`].
     pub fn genome(&self) -> Result<Genome> {
         Genome::new(self.roles, self.kind, &(self.boxes)())
+    }
+
+    /// The settings of a search that runs as long as its caller wants.
+    pub fn endless(&self) -> Settings {
+        let genetic = GeneticSettings { population: self.population, ..GeneticSettings::endless() };
+        Settings { genetic, ..Settings::endless() }
     }
 }
 

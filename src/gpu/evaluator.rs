@@ -125,7 +125,7 @@ impl GpuEvaluator {
     ) -> Result<Self> {
         context.check_present()?;
         if !context.needs().scene {
-            let maps = cpu::draw(scene, view, &objective, shadows)?;
+            let maps = cpu::draw(scene, view, &objective, (shadows, None))?;
             return Self::with_maps(context, &maps, view, objective, shading);
         }
         let (lights, settings) = (context.lights(), (&objective, &shading));

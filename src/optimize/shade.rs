@@ -48,7 +48,7 @@ pub struct ShadeSettings {
 
 impl Default for ShadeSettings {
     fn default() -> Self {
-        Self { history: 10, archive: 1.0, best: 0.2, settled: 1e-3, starts: 1 }
+        Self { history: 10, archive: 1.0, best: 0.2, settled: 3e-3, starts: 1 }
     }
 }
 

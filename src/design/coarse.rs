@@ -1,0 +1,207 @@
+//! Coarse first: most of a search looks at small pictures, in which rigs rank nearly as in whole ones, and the rest of
+//! it at whole ones. Scores of both kinds are never compared.
+
+use super::{Outcome, Progress, Run, without_score};
+use crate::Result;
+use crate::error::within;
+use crate::evaluate::Evaluator;
+use crate::lighting::genome::Genome;
+use crate::objective::Objective;
+use crate::optimize::Optimizer;
+use crate::scene::Scene;
+use crate::scene::view::View;
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+
+/// How a search begins on small pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CoarseSettings {
+    /// Longest side of the small pictures, pixels, 16 or more; 0 for none. Where it is more than half of the whole
+    /// picture's there are none either: they would save too little.
+    pub side: u32,
+    /// Share of a search's generations that looks at them at most, 0 to 1.
+    pub share: f32,
+    /// It stops earlier when the population's scores differ by no more than this share of the lowest, 0 to 1: small
+    /// pictures do not tell what differs so little.
+    pub settled: f32,
+}
+
+impl Default for CoarseSettings {
+    fn default() -> Self {
+        Self { side: 0, share: 0.5, settled: 0.1 }
+    }
+}
+
+impl CoarseSettings {
+    /// # Errors
+    /// [`crate::Error::Argument`] for a setting out of its range.
+    pub fn check(&self) -> Result<()> {
+        if self.side > 0 {
+            within("coarse.side", self.side as f32, 16.0, 16384.0)?;
+        }
+        within("coarse.share", self.share, 0.0, 1.0)?;
+        within("coarse.settled", self.settled, 0.0, 1.0)
+    }
+
+    /// The small view of what `whole` shows; `None` where there is none.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn view(&self, scene: &Scene, whole: &View) -> Result<Option<View>> {
+        let longest = whole.width.max(whole.height);
+        if self.side == 0 || self.side > longest / 2 {
+            return Ok(None);
+        }
+        let scale = f64::from(self.side) / f64::from(longest);
+        let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+        let (width, height) = (side(whole.width), side(whole.height));
+        Ok(Some(View::new(scene, whole.camera.clone(), width, height)?))
+    }
+}
+
+/// What judges `small` pictures as `objective` judges those of `whole`: from pixel to pixel depth changes by more, and
+/// smooth surfaces must not count as edges.
+pub fn objective(objective: &Objective, whole: &View, small: &View) -> Objective {
+    let scale = whole.width.max(whole.height) as f32 / small.width.max(small.height) as f32;
+    Objective {
+        edge_sobel: scale * objective.edge_sobel,
+        edge_laplace: scale * objective.edge_laplace,
+        ..*objective
+    }
+}
+
+/// Runs a search that counts generations: its first ones on small pictures, which `coarse` measures, the others on
+/// whole ones. There it goes on with what it holds, all scored anew. `generations` are those of both together.
+///
+/// The history has the scores as they were; the outcome's is that of the whole picture.
+///
+/// # Errors
+/// As [`run`](super::run).
+pub fn run_coarse_first(
+    search: &mut dyn Optimizer,
+    genome: &Genome,
+    (coarse, evaluator): (&mut dyn Evaluator, &mut dyn Evaluator),
+    (settings, generations): (&CoarseSettings, usize),
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Outcome> {
+    let mut run = Run::new(genome)?;
+    let first = (generations as f64 * f64::from(settings.share)) as usize;
+    let mut stopped = false;
+    if first > 0 {
+        run.go(search, coarse, &mut |progress| {
+            stopped = observe(progress).is_break();
+            let spread = progress.worst - progress.best;
+            let settled = spread <= settings.settled * progress.best.abs();
+            if stopped || settled || progress.generation >= first {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        })?;
+    }
+    if stopped {
+        let (best, _) = search.best().ok_or_else(|| without_score(search))?;
+        let (rig, best) = (genome.decode(best), [best.to_vec()]);
+        run.batch.clear();
+        run.batch.add(search, &best)?;
+        let score = run.batch.evaluate(evaluator)?[0];
+        return Ok(Outcome { rig, score, history: run.history, stopped });
+    }
+    if first > 0 {
+        search.renew(&|chromosome| chromosome.to_vec());
+    }
+    run.go(search, evaluator, &mut |progress| {
+        stopped = observe(progress).is_break();
+        if stopped || progress.generation >= generations {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    })?;
+    run.finish(search, genome, stopped)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::testing::{Hills, genome, height};
+    use crate::lighting::Light;
+    use crate::math::range::Range;
+    use crate::optimize::{self, Settings, Setup, shade};
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    fn search(genome: &Genome) -> Box<dyn Optimizer> {
+        let (bounds, settings) = (genome.bounds(), &Settings::default());
+        let first = bounds.iter().map(Range::middle).collect();
+        let setup = Setup { bounds, first, settings, rng: ChaCha8Rng::seed_from_u64(1) };
+        optimize::create(shade::NAME, setup).unwrap()
+    }
+
+    /// The outcome, and how often either evaluator was called. Small pictures score 10 more.
+    fn run(settings: CoarseSettings, stop: usize) -> (Outcome, [usize; 2]) {
+        let genome = genome();
+        let (mut small, mut whole) = (Hills { base: 10.0, ..Hills::default() }, Hills::default());
+        let outcome = run_coarse_first(
+            &mut *search(&genome),
+            &genome,
+            (&mut small, &mut whole),
+            (&settings, 40),
+            &mut |progress| match progress.generation == stop {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            },
+        );
+        (outcome.unwrap(), [small.calls, whole.calls])
+    }
+
+    fn score(outcome: &Outcome) -> f32 {
+        height(&outcome.rig.iter().map(Light::record).collect::<Vec<_>>())
+    }
+
+    const SHARE: CoarseSettings = CoarseSettings { side: 16, share: 0.6, settled: 0.0 };
+
+    #[test]
+    fn the_first_generations_look_at_small_pictures_and_the_score_is_of_whole_ones() {
+        let (outcome, calls) = run(SHARE, usize::MAX);
+        assert_eq!((calls, outcome.history.len(), outcome.stopped), ([24, 16], 40, false));
+        let bests: Vec<f32> = outcome.history.iter().map(|progress| progress.best).collect();
+        assert!(bests[..24].iter().all(|&best| best > 5.0) && bests[24..].iter().all(|&b| b < 5.0));
+        assert!(bests[24..].is_sorted_by(|a, b| a >= b));
+        assert_eq!(outcome.score, bests[39]);
+        assert_eq!(score(&outcome), outcome.score);
+        assert_eq!(outcome.evaluations(), 40 * 30);
+        // What was learnt on small pictures counts: the same number of whole ones alone ends higher.
+        assert!(bests[24] < bests[0] - 10.0 - 0.1, "{bests:?}");
+    }
+
+    #[test]
+    fn small_pictures_end_where_they_tell_no_more() {
+        let (_, calls) = run(CoarseSettings { settled: 0.3, ..SHARE }, usize::MAX);
+        assert!(calls[0] < 24 && calls[0] + calls[1] == 40, "{calls:?}");
+        assert_eq!(run(CoarseSettings { share: 0.0, ..SHARE }, usize::MAX).1, [0, 40]);
+        assert_eq!(run(CoarseSettings { share: 1.0, ..SHARE }, usize::MAX).1, [40, 1]);
+    }
+
+    #[test]
+    fn a_search_that_is_stopped_has_the_score_of_the_whole_picture() {
+        for (stop, calls) in [(5, [5, 1]), (30, [24, 6])] {
+            let (outcome, made) = run(SHARE, stop);
+            assert_eq!((made, outcome.history.len(), outcome.stopped), (calls, stop, true));
+            assert_eq!(score(&outcome), outcome.score);
+        }
+    }
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        for (settings, name) in [
+            (CoarseSettings { side: 15, ..SHARE }, "coarse.side"),
+            (CoarseSettings { share: 1.1, ..SHARE }, "coarse.share"),
+            (CoarseSettings { settled: -0.1, ..SHARE }, "coarse.settled"),
+        ] {
+            assert!(settings.check().unwrap_err().to_string().contains(name));
+        }
+        CoarseSettings::default().check().unwrap();
+    }
+}
