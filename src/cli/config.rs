@@ -14,12 +14,15 @@ use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::{self, GeneticSettings, GreedySettings, StartSettings};
 use crate::render::{self, Background};
-use crate::scene::load::FileAccess;
+use crate::scene::load::{FileAccess, LoadOptions, Moment, files};
 use crate::{Error, Result};
 use clap::ValueEnum;
 use serde::de;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+
+/// Most bytes of a configuration file.
+const MAX_BYTES: u64 = 1 << 20;
 
 /// Everything that a configuration file can say.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,10 +36,16 @@ pub struct Settings {
     pub device: Device,
     /// Whether scenes may name files outside their folders.
     pub allow_outside: bool,
+    /// Whether scenes may take much more memory and time than files of their size do.
+    pub allow_large: bool,
+    /// The moment of scenes' animations that is shown.
+    pub pose: PoseSettings,
     /// How Vulkan devices make the pictures.
     pub pipeline: Pipeline,
     /// Memory of a Vulkan device for the pictures of a population, MiB; half of the device's where absent.
     pub memory: Option<u32>,
+    /// Most seconds of a search, which then ends with its best; none where absent.
+    pub time_limit: Option<f64>,
     /// Picture and camera.
     pub view: ViewSettings,
     /// The lights that are searched.
@@ -150,6 +159,19 @@ impl ViewSettings {
     }
 }
 
+/// The moment in which animated scenes are shown; the first animation's beginning, where there is one and
+/// nothing is given.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PoseSettings {
+    /// Name or index of an animation; the first one where absent.
+    pub animation: Option<String>,
+    /// Seconds from its beginning.
+    pub time: Option<f32>,
+    /// Whether no animation moves anything.
+    pub rest: bool,
+}
+
 /// How a file names a camera.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
@@ -199,8 +221,11 @@ impl Settings {
             seed: 0,
             device: Device::default(),
             allow_outside: false,
+            allow_large: false,
+            pose: PoseSettings::default(),
             pipeline: Pipeline::default(),
             memory: None,
+            time_limit: None,
             view: ViewSettings::default(),
             lights: LightSettings {
                 roles: Lights(roles.to_vec()),
@@ -230,7 +255,7 @@ impl Settings {
         asked: Option<&'static Profile>,
         usual: &'static Profile,
     ) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::input(path, e))?;
+        let text = files::text(path, MAX_BYTES).map_err(|fault| Error::input(path, fault))?;
         let fault = |e: toml::de::Error| Error::input(path, e.to_string().trim_end());
         Self::parse(&text, asked, usual).map_err(fault)
     }
@@ -264,6 +289,17 @@ impl Settings {
         if self.allow_outside { FileAccess::Anywhere } else { FileAccess::SceneFolder }
     }
 
+    /// How scenes are loaded.
+    pub fn loading(&self) -> LoadOptions {
+        let PoseSettings { animation, time, rest } = self.pose.clone();
+        let moment = match (rest, &animation, time) {
+            (true, ..) => Moment::Rest,
+            (false, None, None) => Moment::Start,
+            _ => Moment::At { animation, time: time.unwrap_or(0.0) },
+        };
+        LoadOptions { access: self.access(), moment, large: self.allow_large }
+    }
+
     /// The genome of the lights that are searched.
     ///
     /// # Errors
@@ -279,6 +315,8 @@ impl Settings {
             return Err(Error::Argument("memory is 0 MiB: pictures need 1 or more".into()));
         }
         self.view.check()?;
+        within("time_limit", self.time_limit.unwrap_or(1.0) as f32, f32::MIN_POSITIVE, f32::MAX)?;
+        within("time", self.pose.time.unwrap_or(0.0), 0.0, f32::MAX)?;
         self.objective.check()?;
         self.objective.check_without_target()?;
         self.shading.check()?;

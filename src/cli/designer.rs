@@ -17,7 +17,6 @@ use anyhow::{Result, anyhow};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::time::Instant;
 
 /// The lit scene.
@@ -32,20 +31,6 @@ pub(super) const FILES: [&str; 7] =
 
 /// Size of `convergence.svg`.
 const PLOT: (u32, u32) = (800, 480);
-
-/// The scene itself must not be what the lit one replaces.
-///
-/// # Errors
-/// [`crate::Error::Argument`] when both are the same file.
-pub(super) fn spare(scene: &Path, lit: &Path) -> crate::Result<()> {
-    let same =
-        scene.canonicalize().ok().is_some_and(|scene| lit.canonicalize().ok() == Some(scene));
-    if same {
-        let fault = format!("{} would be overwritten: choose another --out", scene.display());
-        return Err(crate::Error::Argument(fault));
-    }
-    Ok(())
-}
 
 /// The individual that the search begins with.
 fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result<Vec<f32>> {
@@ -77,7 +62,7 @@ fn optimizer(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer
     Ok(optimize::create(name, setup)?)
 }
 
-/// Searches the lights, `observe` being called after every generation.
+/// Searches the lights, `observe` being called after every generation, until the settings' time is over.
 ///
 /// # Errors
 /// Faults of the settings, and what the device reports.
@@ -89,7 +74,14 @@ pub(super) fn search(
     let start = Instant::now();
     let genome = session.complete(genome)?;
     let mut search = optimizer(session, &genome)?;
-    let outcome = design::run(&mut *search, &genome, &mut *session.evaluator, observe)?;
+    let limit = session.settings.time_limit;
+    let mut watch = |progress: &Progress| match observe(progress) {
+        _ if limit.is_some_and(|limit| start.elapsed().as_secs_f64() >= limit) => {
+            ControlFlow::Break(())
+        }
+        flow => flow,
+    };
+    let outcome = design::run(&mut *search, &genome, &mut *session.evaluator, &mut watch)?;
     session.timing.search = milliseconds(start);
     Ok(outcome)
 }

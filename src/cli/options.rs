@@ -1,6 +1,6 @@
 //! Options that several subcommands share, and how they change the settings.
 
-use super::config::{CameraKey, First, Pipeline, Settings, ViewSettings};
+use super::config::{CameraKey, First, Pipeline, PoseSettings, Settings, ViewSettings};
 use super::lights::{Intensities, LightOptions, kinds};
 use super::optimizer::OptimizerName;
 use super::profile::ProfileOptions;
@@ -10,7 +10,7 @@ use crate::design::profile::Profile;
 use crate::lighting::LightKind;
 use crate::lighting::shading::Brdf;
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The scene, how it is looked at, and how pictures are judged.
 #[derive(Debug, Args)]
@@ -55,12 +55,45 @@ pub(super) struct LookOptions {
     /// URIs, or over symbolic links; what they name may come to stand in lit.glb
     #[arg(long)]
     allow_outside: bool,
+    /// Take scenes that need much more memory and time than files of their size do
+    #[arg(long)]
+    allow_large: bool,
+    #[command(flatten)]
+    pose: PoseOptions,
     /// Read settings from a TOML file; options on the command line go before them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
     /// Whether lights cast shadows [default: the profile's; natural: on]
     #[arg(long, value_name = "on|off")]
     shadows: Option<Shadows>,
+}
+
+/// The moment in which animated scenes are shown.
+#[derive(Debug, Args)]
+struct PoseOptions {
+    /// An animation of the scene [default: the first one, at its beginning]
+    #[arg(long, value_name = "NAME|INDEX", conflicts_with = "rest")]
+    animation: Option<String>,
+    /// The moment of the animation that is shown, in seconds [default: 0]
+    #[arg(long, value_name = "SECONDS", conflicts_with = "rest", allow_negative_numbers = true)]
+    time: Option<f32>,
+    /// Show the scene as its nodes stand in the file, whatever its animations are
+    #[arg(long)]
+    rest: bool,
+}
+
+impl PoseOptions {
+    /// Puts these options in the place of `pose`.
+    fn apply(&self, pose: &mut PoseSettings) {
+        if self.rest {
+            *pose = PoseSettings { rest: true, ..PoseSettings::default() };
+        }
+        if self.animation.is_some() || self.time.is_some() {
+            pose.rest = false;
+        }
+        pose.animation = self.animation.clone().or(pose.animation.take());
+        pose.time = self.time.or(pose.time);
+    }
 }
 
 /// Whether lights cast shadows.
@@ -133,6 +166,10 @@ pub(super) struct SearchOptions {
     /// Generations, 1 or more [default: 100]
     #[arg(long, value_name = "N")]
     generations: Option<usize>,
+    /// End the search with its best after so many seconds, whatever is left of it; the generation at work
+    /// is finished
+    #[arg(long, value_name = "SECONDS")]
+    time_limit: Option<f64>,
     /// How the lights are searched [default: ga]
     #[arg(long, value_name = "NAME", value_parser = OptimizerName::parser())]
     optimizer: Option<OptimizerName>,
@@ -152,9 +189,19 @@ impl SceneOptions {
     pub fn settings(&self, usual: &'static Profile) -> Result<Settings> {
         self.look.settings(usual)
     }
+
+    /// The configuration file.
+    pub fn config(&self) -> Option<&Path> {
+        self.look.config()
+    }
 }
 
 impl LookOptions {
+    /// The configuration file.
+    pub fn config(&self) -> Option<&Path> {
+        self.config.as_deref()
+    }
+
     /// The configuration file's settings, or the defaults, with these options in their place. The `usual`
     /// profile is that of a command where nobody names one.
     ///
@@ -174,6 +221,8 @@ impl LookOptions {
             ..ViewSettings::default()
         });
         settings.allow_outside |= self.allow_outside;
+        settings.allow_large |= self.allow_large;
+        self.pose.apply(&mut settings.pose);
         if let Some(brdf) = self.brdf {
             settings.shading.brdf = brdf.into();
         }
@@ -216,6 +265,7 @@ impl SearchOptions {
         let search = &mut settings.search;
         search.population = self.population.unwrap_or(search.population);
         search.generations = self.generations.unwrap_or(search.generations);
+        settings.time_limit = self.time_limit.or(settings.time_limit);
         settings.optimizer = self.optimizer.unwrap_or(settings.optimizer);
         settings.first = self.first.unwrap_or(settings.first);
         settings.seed = self.seed.unwrap_or(settings.seed);

@@ -5,4 +5,5 @@ mod file;
 mod geometry;
 mod materials;
 mod outside;
+mod pose;
 mod stage;

@@ -1,6 +1,7 @@
 //! Images and their mip chains.
 
 use super::accessor::view_bytes;
+use super::budget::{self, Budget};
 use super::files::Buffer;
 use super::resources::Resources;
 use super::{Parsed, label, quoted};
@@ -35,19 +36,27 @@ pub fn load(
     buffers: &[Buffer],
     resources: &mut Resources,
     keys: &[Key],
+    budget: &Budget,
 ) -> Parsed<Vec<Texture>> {
     let mut images: Vec<usize> = keys.iter().map(|key| key.image).collect();
     images.sort_unstable();
     images.dedup();
     let mut sources = Vec::with_capacity(images.len());
     let mut pixels = 0;
+    let mut sum = [0; 2];
     let mut unread = READS_OF_BYTES * buffers.iter().map(Buffer::len).sum::<u64>();
     for &image in &images {
         let name = |fault| format!("{}: {fault}", image_label(root, image));
         let bytes = encoded(root, buffers, resources, image, &mut unread).map_err(name)?;
         let (width, height) = dimensions(&bytes).map_err(name)?;
         let uses = keys.iter().filter(|key| key.image == image).count() as u64;
-        pixels += u64::from(width) * u64::from(height) * (uses + 1);
+        let texels = u64::from(width) * u64::from(height);
+        budget::check_claim(&image_label(root, image), &bytes, [width, height])?;
+        sum = [sum[0] + texels, sum[1] + bytes.len() as u64];
+        budget.check_texels(sum[0], sum[1])?;
+        // As decoded, as bytes of RGBA, and with the mip levels of each use.
+        budget.take(4 * texels * (uses + 2))?;
+        pixels += texels * (uses + 1);
         if pixels > MAX_PIXELS {
             return Err(format!("the images have more than {MAX_PIXELS} pixels together"));
         }
