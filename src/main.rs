@@ -7,7 +7,7 @@ fn main() -> ExitCode {
     match klieg::cli::run(klieg::cli::Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("klieg: error: {}", klieg::cli::describe(&error));
+            klieg::cli::tell(&error);
             ExitCode::from(klieg::cli::exit_code(&error))
         }
     }

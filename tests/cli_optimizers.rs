@@ -116,3 +116,23 @@ fn a_search_may_begin_on_small_pictures_and_tells_the_score_of_the_whole_one() {
     let output = command.assert().code(2).get_output().stderr.clone();
     assert!(String::from_utf8_lossy(&output).contains("coarse.side"));
 }
+
+#[test]
+fn a_time_limit_ends_a_search_with_its_best() {
+    let place = Folder::new();
+    let endless = ["--size", "16x16", "--generations", "100000000", "--time-limit", "0.5"];
+    let design = [&["design", "ball.gltf", "--out", "out"][..], &endless].concat();
+    let output = place.klieg(&design).assert().success().get_output().clone();
+    assert!(String::from_utf8(output.stderr).unwrap().contains("stopped after"));
+    let generations = |name: &str| place.read_json(name)["generations"].as_u64().unwrap();
+    assert!((1..100_000_000).contains(&generations("out/result.json")));
+    // Each design of a batch has as much time, and is done.
+    std::fs::copy(place.path("ball.gltf"), place.path("other.gltf")).unwrap();
+    let batch = [&["batch", "ball.gltf", "other.gltf", "--out", "lit"][..], &endless].concat();
+    place.klieg(&batch).assert().success();
+    assert_eq!(place.read_json("lit/batch.json")["done"], 2);
+    for limit in ["0", "-1", "nan"] {
+        let design = ["design", "ball.gltf", "--out", "out", "--time-limit", limit];
+        place.klieg(&design).assert().code(2);
+    }
+}

@@ -39,6 +39,22 @@ pub(super) struct Options {
     seed: Option<u64>,
 }
 
+/// All files that it writes.
+const FILES: [&str; 12] = [
+    "code.png",
+    "depth.png",
+    "edges.png",
+    "types.png",
+    "normals.png",
+    "clusters.png",
+    "code.npy",
+    "depth.npy",
+    "normal.npy",
+    "base_color.npy",
+    "types.npy",
+    "analyze.json",
+];
+
 /// `analyze.json`.
 #[derive(Serialize)]
 struct Analysis {
@@ -101,7 +117,9 @@ pub(super) fn run(options: &Options) -> Result<()> {
     settings.seed = options.seed.unwrap_or(settings.seed);
     let lights = options.lights.as_ref().unwrap_or(&settings.lights.roles).0.len();
     let mut session = Session::open(&options.scene.scene, settings)?;
-    let mut staging = Staging::new(&options.out)?;
+    let inputs = session.inputs(options.scene.config());
+    inputs.spare(&options.out, FILES)?;
+    let mut staging = Staging::new(&options.out)?.sparing(inputs);
     let header = session.header("klieg.analysis/1");
     let maps = session.evaluator.maps()?;
     let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
@@ -229,7 +247,7 @@ fn show(analysis: &Analysis, files: &[PathBuf]) -> String {
     let mut objects = print::columns(&["object", "polygons", "visible", "pixels"], &[]);
     for object in &analysis.objects {
         objects.add_row([
-            object.name.clone(),
+            print::name(&object.name),
             object.polygons.to_string(),
             object.visible_polygons.to_string(),
             object.visible_pixels.to_string(),

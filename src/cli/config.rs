@@ -15,12 +15,15 @@ use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::{self, GeneticSettings, GreedySettings, ShadeSettings, StartSettings};
 use crate::render::{self, Background};
-use crate::scene::load::{FileAccess, Orientation, Reading, Up};
+use crate::scene::load::{FileAccess, LoadOptions, Moment, Orientation, Up, files};
 use crate::{Error, Result};
 use clap::ValueEnum;
 use serde::de;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+
+/// Most bytes of a configuration file.
+const MAX_BYTES: u64 = 1 << 20;
 
 /// Everything that a configuration file can say.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,10 +41,16 @@ pub struct Settings {
     pub units: Option<f64>,
     /// The axis that points upwards in them; the format's usual one where absent.
     pub up: Option<Up>,
+    /// Whether scenes may take much more memory and time than files of their size do.
+    pub allow_large: bool,
+    /// The moment of scenes' animations that is shown.
+    pub pose: PoseSettings,
     /// How Vulkan devices make the pictures.
     pub pipeline: Pipeline,
     /// Memory of a Vulkan device for the pictures of a population, MiB; half of the device's where absent.
     pub memory: Option<u32>,
+    /// Most seconds of a search, which then ends with its best; none where absent.
+    pub time_limit: Option<f64>,
     /// Picture and camera.
     pub view: ViewSettings,
     /// The lights that are searched.
@@ -159,6 +168,19 @@ impl ViewSettings {
     }
 }
 
+/// The moment in which animated scenes are shown; the first animation's beginning, where there is one and
+/// nothing is given.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PoseSettings {
+    /// Name or index of an animation; the first one where absent.
+    pub animation: Option<String>,
+    /// Seconds from its beginning.
+    pub time: Option<f32>,
+    /// Whether no animation moves anything.
+    pub rest: bool,
+}
+
 /// How a file names a camera.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
@@ -210,8 +232,11 @@ impl Settings {
             allow_outside: false,
             units: None,
             up: None,
+            allow_large: false,
+            pose: PoseSettings::default(),
             pipeline: Pipeline::default(),
             memory: None,
+            time_limit: None,
             view: ViewSettings::default(),
             lights: LightSettings {
                 roles: Lights(roles.to_vec()),
@@ -243,7 +268,7 @@ impl Settings {
         asked: Option<&'static Profile>,
         usual: &'static Profile,
     ) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::input(path, e))?;
+        let text = files::text(path, MAX_BYTES).map_err(|fault| Error::input(path, fault))?;
         let fault = |e: toml::de::Error| Error::input(path, e.to_string().trim_end());
         Self::parse(&text, asked, usual).map_err(fault)
     }
@@ -272,11 +297,18 @@ impl Settings {
         self.objective.background = self.picture.background.and_then(Background::luminance);
     }
 
-    /// How scenes are read.
-    pub fn reading(&self) -> Reading {
+    /// How scenes are loaded.
+    pub fn loading(&self) -> LoadOptions {
+        let PoseSettings { animation, time, rest } = self.pose.clone();
+        let moment = match (rest, &animation, time) {
+            (true, ..) => Moment::Rest,
+            (false, None, None) => Moment::Start,
+            _ => Moment::At { animation, time: time.unwrap_or(0.0) },
+        };
         let access =
             if self.allow_outside { FileAccess::Anywhere } else { FileAccess::SceneFolder };
-        Reading { access, orientation: Orientation { units: self.units, up: self.up } }
+        let orientation = Orientation { units: self.units, up: self.up };
+        LoadOptions { access, orientation, moment, large: self.allow_large }
     }
 
     /// The genome of the lights that are searched.
@@ -297,6 +329,8 @@ impl Settings {
             return Err(Error::Argument("memory is 0 MiB: pictures need 1 or more".into()));
         }
         self.view.check()?;
+        within("time_limit", self.time_limit.unwrap_or(1.0) as f32, f32::MIN_POSITIVE, f32::MAX)?;
+        within("time", self.pose.time.unwrap_or(0.0), 0.0, f32::MAX)?;
         self.objective.check()?;
         self.objective.check_without_target()?;
         self.shading.check()?;

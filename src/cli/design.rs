@@ -51,13 +51,16 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let settings = options.settings()?;
     let genome = settings.genome()?;
     let mut session = Session::open(&options.scene.scene, settings)?;
-    let mut staging = Staging::new(&options.out)?;
-    designer::spare(&options.scene.scene, &options.out.join(designer::LIT))?;
+    let inputs = session.inputs(options.scene.config());
+    inputs.spare(&options.out, designer::FILES)?;
+    let mut staging = Staging::new(&options.out)?.sparing(inputs);
     let outcome = search(&mut session, &genome, options.scene.json)?;
     let design = designer::write(&mut session, &outcome, &mut staging)?;
     let files = staging.publish()?;
     if outcome.stopped {
-        eprintln!("stopped after {} generations: this is the best so far", design.generations);
+        let generations = design.generations;
+        let text = format!("stopped after {generations} generations: this is the best so far");
+        print::note(text);
     }
     if options.scene.json {
         print::out(json::text(&design)?)

@@ -18,7 +18,6 @@ use anyhow::{Result, anyhow};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -34,20 +33,6 @@ pub(super) const FILES: [&str; 7] =
 
 /// Size of `convergence.svg`.
 const PLOT: (u32, u32) = (800, 480);
-
-/// The scene itself must not be what the lit one replaces.
-///
-/// # Errors
-/// [`crate::Error::Argument`] when both are the same file.
-pub(super) fn spare(scene: &Path, lit: &Path) -> crate::Result<()> {
-    let same =
-        scene.canonicalize().ok().is_some_and(|scene| lit.canonicalize().ok() == Some(scene));
-    if same {
-        let fault = format!("{} would be overwritten: choose another --out", scene.display());
-        return Err(crate::Error::Argument(fault));
-    }
-    Ok(())
-}
 
 /// The individual that the search begins with.
 fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result<Vec<f32>> {
@@ -94,7 +79,7 @@ fn coarse(session: &mut Session) -> Result<Option<Engine>> {
     Ok(seen.then_some(coarse))
 }
 
-/// Searches the lights, `observe` being called after every generation.
+/// Searches the lights, `observe` being called after every generation, until the settings' time is over.
 ///
 /// # Errors
 /// Faults of the settings, and what the device reports.
@@ -111,7 +96,13 @@ pub(super) fn search(
         Some(generations) => coarse(session)?.map(|coarse| (coarse, generations)),
         None => None,
     };
-    let settings = session.settings.coarse;
+    let (limit, settings) = (session.settings.time_limit, session.settings.coarse);
+    let mut watch = |progress: &Progress| match observe(progress) {
+        _ if limit.is_some_and(|limit| start.elapsed().as_secs_f64() >= limit) => {
+            ControlFlow::Break(())
+        }
+        flow => flow,
+    };
     let evaluator = &mut *session.evaluator;
     let outcome = match coarse {
         Some((mut coarse, generations)) => run_coarse_first(
@@ -119,9 +110,9 @@ pub(super) fn search(
             &genome,
             (&mut *coarse, evaluator),
             (&settings, generations),
-            observe,
+            &mut watch,
         )?,
-        None => design::run(&mut *search, &genome, evaluator, observe)?,
+        None => design::run(&mut *search, &genome, evaluator, &mut watch)?,
     };
     session.timing.search = milliseconds(start);
     Ok(outcome)
@@ -217,8 +208,8 @@ pub(super) fn write(
     };
     staging.write("report.html", sheet.render()?)?;
     let lit = staging.path(LIT);
-    let (source, reading) = (&session.scene.path, session.settings.reading());
-    scene::lit::write(source, reading, &session.view, &outcome.rig, &lit)?;
+    let (source, options) = (&session.scene.path, session.settings.loading());
+    scene::lit::write(source, options, &session.view, &outcome.rig, &lit)?;
     staging.write("convergence.csv", csv::convergence(&outcome.history)?)?;
     let plot = plot::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
     staging.write("convergence.svg", plot)?;

@@ -8,6 +8,7 @@ mod design;
 mod designer;
 mod device;
 mod devices;
+mod inspect;
 mod lights;
 pub mod optimizer;
 mod options;
@@ -25,6 +26,7 @@ mod study;
 mod terms;
 mod thumbnail;
 pub mod values;
+mod view;
 
 use clap::{Parser, Subcommand};
 
@@ -40,9 +42,13 @@ pub struct Cli {
 enum Command {
     Design(design::Options),
     Batch(batch::Options),
+    /// Make the item on standard input, for 'klieg batch --isolate'
+    #[command(hide = true)]
+    BatchItem,
     Render(render::Options),
     Thumbnail(thumbnail::Options),
     Score(score::Options),
+    Inspect(inspect::Options),
     Analyze(analyze::Options),
     Devices(devices::Options),
     Terms(terms::Options),
@@ -59,9 +65,11 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
     match cli.command {
         Command::Design(options) => design::run(&options),
         Command::Batch(options) => batch::run(&options),
+        Command::BatchItem => batch::run_item(),
         Command::Render(options) => render::run(&options),
         Command::Thumbnail(options) => thumbnail::run(&options),
         Command::Score(options) => score::run(&options),
+        Command::Inspect(options) => inspect::run(&options),
         Command::Analyze(options) => analyze::run(&options),
         Command::Devices(options) => devices::run(&options),
         Command::Terms(options) => terms::run(&options),
@@ -77,6 +85,11 @@ pub fn exit_code(error: &anyhow::Error) -> u8 {
         cause.downcast_ref::<crate::Error>().is_some_and(crate::Error::is_input)
     };
     if error.chain().any(input) { 2 } else { 1 }
+}
+
+/// Tells of an error on standard error.
+pub fn tell(error: &anyhow::Error) {
+    print::note(format_args!("klieg: error: {}", describe(error)));
 }
 
 /// An error and its causes in one line; a cause that the text before it already tells is left out.

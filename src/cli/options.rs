@@ -1,6 +1,6 @@
 //! Options that several subcommands share, and how they change the settings.
 
-use super::config::{CameraKey, First, Pipeline, Settings, ViewSettings};
+use super::config::{CameraKey, First, Pipeline, PoseSettings, Settings, ViewSettings};
 use super::lights::{Intensities, LightOptions, kinds};
 use super::optimizer::OptimizerName;
 use super::profile::ProfileOptions;
@@ -11,7 +11,7 @@ use crate::lighting::LightKind;
 use crate::lighting::shading::Brdf;
 use crate::scene::load::Up;
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The scene, how it is looked at, and how pictures are judged.
 #[derive(Debug, Args)]
@@ -62,6 +62,11 @@ pub(super) struct LookOptions {
     /// The axis that points upwards in a PLY, STL or OBJ file [default: y; STL: z]
     #[arg(long, value_name = "y|z")]
     up: Option<UpAxis>,
+    /// Take scenes that need much more memory and time than files of their size do
+    #[arg(long)]
+    allow_large: bool,
+    #[command(flatten)]
+    pose: PoseOptions,
     /// Read settings from a TOML file; options on the command line go before them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
@@ -85,6 +90,34 @@ impl From<UpAxis> for Up {
             UpAxis::Y => Self::Y,
             UpAxis::Z => Self::Z,
         }
+    }
+}
+
+/// The moment in which animated scenes are shown.
+#[derive(Debug, Args)]
+struct PoseOptions {
+    /// An animation of the scene [default: the first one, at its beginning]
+    #[arg(long, value_name = "NAME|INDEX", conflicts_with = "rest")]
+    animation: Option<String>,
+    /// The moment of the animation that is shown, in seconds [default: 0]
+    #[arg(long, value_name = "SECONDS", conflicts_with = "rest", allow_negative_numbers = true)]
+    time: Option<f32>,
+    /// Show the scene as its nodes stand in the file, whatever its animations are
+    #[arg(long)]
+    rest: bool,
+}
+
+impl PoseOptions {
+    /// Puts these options in the place of `pose`.
+    fn apply(&self, pose: &mut PoseSettings) {
+        if self.rest {
+            *pose = PoseSettings { rest: true, ..PoseSettings::default() };
+        }
+        if self.animation.is_some() || self.time.is_some() {
+            pose.rest = false;
+        }
+        pose.animation = self.animation.clone().or(pose.animation.take());
+        pose.time = self.time.or(pose.time);
     }
 }
 
@@ -158,6 +191,10 @@ pub(super) struct SearchOptions {
     /// Generations, 1 or more; a search may end before [default: 100]
     #[arg(long, value_name = "N")]
     generations: Option<usize>,
+    /// End the search with its best after so many seconds, whatever is left of it; the generation at work
+    /// is finished
+    #[arg(long, value_name = "SECONDS")]
+    time_limit: Option<f64>,
     /// How the lights are searched [default: the profile's; natural: shade, paper: ga]
     #[arg(long, value_name = "NAME", value_parser = OptimizerName::parser())]
     optimizer: Option<OptimizerName>,
@@ -181,9 +218,19 @@ impl SceneOptions {
     pub fn settings(&self, usual: &'static Profile) -> Result<Settings> {
         self.look.settings(usual)
     }
+
+    /// The configuration file.
+    pub fn config(&self) -> Option<&Path> {
+        self.look.config()
+    }
 }
 
 impl LookOptions {
+    /// The configuration file.
+    pub fn config(&self) -> Option<&Path> {
+        self.config.as_deref()
+    }
+
     /// The configuration file's settings, or the defaults, with these options in their place. The `usual`
     /// profile is that of a command where nobody names one.
     ///
@@ -205,6 +252,8 @@ impl LookOptions {
         settings.allow_outside |= self.allow_outside;
         settings.units = self.units.or(settings.units);
         settings.up = self.up.map(Up::from).or(settings.up);
+        settings.allow_large |= self.allow_large;
+        self.pose.apply(&mut settings.pose);
         if let Some(brdf) = self.brdf {
             settings.shading.brdf = brdf.into();
         }
@@ -247,6 +296,7 @@ impl SearchOptions {
         let search = &mut settings.search;
         search.population = self.population.unwrap_or(search.population);
         search.generations = self.generations.unwrap_or(search.generations);
+        settings.time_limit = self.time_limit.or(settings.time_limit);
         settings.optimizer = self.optimizer.unwrap_or(settings.optimizer);
         settings.coarse.side = self.coarse.unwrap_or(settings.coarse.side);
         settings.first = self.first.unwrap_or(settings.first);

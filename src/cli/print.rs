@@ -2,22 +2,33 @@
 
 use crate::objective::Terms;
 use crate::report::json::{Design, LightRecord, Score};
+use crate::report::text::visible;
 use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets};
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-/// Writes to standard output. A reader that has seen enough and gone away is no failure.
+/// Writes to standard output, control characters escaped. A reader that has seen enough and gone away is no failure.
 ///
 /// # Errors
 /// When it cannot be written to.
 pub(super) fn out(text: impl Display) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
-    match write!(stdout, "{text}").and_then(|()| stdout.flush()) {
+    match stdout.write_all(visible(&text.to_string()).as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         result => result.context("cannot write to standard output"),
     }
+}
+
+/// Writes a line to standard error. Where it cannot be written, nobody is there to read it.
+pub(super) fn note(text: impl Display) {
+    let _ = std::io::stderr().write_all(visible(&format!("{text}\n")).as_bytes());
+}
+
+/// A name as a table has it: one line.
+pub(super) fn name(name: &str) -> String {
+    visible(&name.replace(['\n', '\t'], " ")).into_owned()
 }
 
 /// The files that a command wrote, a line each.

@@ -24,6 +24,7 @@ impl Interrupt {
         let flag = Arc::clone(&interrupted);
         let handler = move || {
             if flag.swap(true, Ordering::Relaxed) {
+                crate::report::abandon();
                 std::process::exit(KILLED);
             }
         };

@@ -2,15 +2,15 @@
 
 use super::options::LookOptions;
 use super::picture::{self, PictureOptions};
+use super::print;
 use super::rig;
 use super::score::PresetName;
 use super::session::{self, warn};
 use super::values::Size;
-use super::{designer, print};
 use crate::design::profile;
 use crate::lighting::Rig;
 use crate::lighting::presets::Preset;
-use crate::report::{self, Staging};
+use crate::report::{self, Inputs, Staging};
 use crate::scene::view::View;
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
@@ -50,10 +50,12 @@ pub(super) fn run(options: &Options) -> anyhow::Result<()> {
     settings.view.size = options.size.or(settings.view.size);
     options.picture.apply(&mut settings);
     settings.check()?;
-    let scene = session::load(&options.scene, settings.reading())?;
+    let scene = session::load(&options.scene, &settings.loading())?;
     let view = session::view(&scene, &settings.view)?;
     let rig = lights(options, &scene, &view)?;
-    let file = File::new(&options.scene, &options.out)?;
+    let mut inputs = session::inputs(&scene, options.look.config());
+    inputs.extend(Inputs::new(&options.rig));
+    let file = File::new(&options.out, inputs)?;
     let occluders = picture::occluders(&scene, &view, &settings)?;
     let drawn = picture::draw((&scene, &view), occluders.as_ref(), &settings, &[&rig])?;
     let picture = &drawn[0];
@@ -84,22 +86,24 @@ fn lights(options: &Options, scene: &Scene, view: &View) -> Result<Rig> {
 pub(super) struct File {
     folder: PathBuf,
     name: OsString,
+    inputs: Inputs,
 }
 
 impl File {
-    /// The file at `path`; the scene must not be what it replaces.
+    /// The file at `path`, which must not replace any of `inputs`.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a path that names no file, or the scene.
-    pub fn new(scene: &Path, path: &Path) -> Result<Self> {
-        designer::spare(scene, path)?;
+    /// [`Error::Argument`] for a path that names no file, or an input.
+    pub fn new(path: &Path, inputs: Inputs) -> Result<Self> {
         let fault = || Error::Argument(format!("{} names no file", path.display()));
         let name = path.file_name().ok_or_else(fault)?;
         if path.is_dir() {
             return Err(fault());
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Ok(Self { folder: folder.unwrap_or(Path::new(".")).into(), name: name.into() })
+        let folder = folder.unwrap_or(Path::new("."));
+        inputs.spare(folder, [name])?;
+        Ok(Self { folder: folder.into(), name: name.into(), inputs })
     }
 
     /// Writes it, and gives its path; its folder is created where absent.
@@ -107,7 +111,7 @@ impl File {
     /// # Errors
     /// [`Error::Output`].
     pub fn write(&self, contents: &[u8]) -> Result<Vec<PathBuf>> {
-        let mut staging = Staging::new(&self.folder)?;
+        let mut staging = Staging::new(&self.folder)?.sparing(self.inputs.clone());
         staging.write(&self.name, contents)?;
         staging.publish()
     }

@@ -1,6 +1,7 @@
 //! Rigs that klieg wrote as JSON.
 
 use crate::lighting::{Color, Cone, Light, LightKind, Rig, Role, check_number};
+use crate::scene::load::files;
 use crate::scene::view::View;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -50,11 +51,7 @@ struct Entry {
 /// [`Error::Argument`] for more lights than a rig can have.
 pub(super) fn read(path: &Path, view: &View) -> Result<Rig> {
     let fault = |fault: &dyn std::fmt::Display| Error::input(path, fault);
-    let bytes = std::fs::metadata(path).map_err(|error| fault(&error))?.len();
-    if bytes > MAX_BYTES {
-        return Err(fault(&"is too large for a rig"));
-    }
-    let text = std::fs::read_to_string(path).map_err(|error| fault(&error))?;
+    let text = files::text(path, MAX_BYTES).map_err(|error| fault(&error))?;
     let file = serde_json::from_str(&text).map_err(|error: serde_json::Error| {
         fault(&format!("is neither a result of klieg nor an array of its lights: {error}"))
     })?;

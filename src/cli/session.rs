@@ -1,11 +1,13 @@
 //! What every measuring command begins with: the scene, the view, an evaluator.
 
-use super::config::{Settings, ViewSettings};
+use super::config::Settings;
 use super::device::{self, Opened};
 use super::picture;
 use super::pipelines::Stored;
+use super::print;
 use super::profile::ProfileName;
-use super::values::{Device, Size};
+use super::values::Device;
+pub(super) use super::view::{SIZE, view};
 use crate::Error;
 use crate::cpu::{self, CpuEvaluator};
 use crate::evaluate::Evaluator;
@@ -15,23 +17,20 @@ use crate::lighting::{Light, Population, Rig};
 use crate::objective::Quality;
 use crate::objective::shadows::{ShadowSettings, Shadows};
 use crate::render::{BACKGROUND, Picture};
+use crate::report::Inputs;
 use crate::report::exhibit::Studio;
 use crate::report::json::{Header, SceneLights, Timing};
-use crate::scene::framing::{Framing, frame};
-use crate::scene::load::Reading;
+use crate::scene::load::LoadOptions;
 use crate::scene::occluders::Occluders;
-use crate::scene::view::{Camera, View};
+use crate::scene::view::View;
 use crate::scene::{self, Scene};
 use crate::study::Subject;
 use anyhow::Result;
 use image::RgbImage;
 use std::ops::{Deref, DerefMut};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Picture size without any other word on it.
-pub(super) const SIZE: Size = Size([512, 512]);
 
 /// An evaluator of either kind.
 pub(super) enum Engine {
@@ -113,9 +112,9 @@ impl Loaded {
     ///
     /// # Errors
     /// [`crate::Error::Input`].
-    pub fn read(path: &Path, reading: Reading) -> crate::Result<Self> {
+    pub fn read(path: &Path, options: &LoadOptions) -> crate::Result<Self> {
         let start = Instant::now();
-        let scene = Arc::new(scene::load::load_with(path, reading)?);
+        let scene = Arc::new(scene::load::load_with(path, options.clone())?);
         Ok(Self { scene, load: milliseconds(start) })
     }
 }
@@ -127,7 +126,7 @@ impl Session {
     /// Faults of the settings, the file and the device.
     pub fn open(path: &Path, settings: Settings) -> Result<Self> {
         settings.check()?;
-        let loaded = Loaded::read(path, settings.reading())?;
+        let loaded = Loaded::read(path, &settings.loading())?;
         warn(&loaded.scene.warnings);
         let begin = Instant::now();
         let device = device::open(&settings.device, &settings)?;
@@ -155,6 +154,11 @@ impl Session {
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
         let device = device.clone();
         Ok(Self { scene, view, evaluator, settings, timing, kept, device, begin })
+    }
+
+    /// What outputs must not replace: all files of the scene, and the configuration's, if any.
+    pub fn inputs(&self, config: Option<&Path>) -> Inputs {
+        inputs(&self.scene, config)
     }
 
     /// The times of a design that is complete.
@@ -234,15 +238,21 @@ impl Studio for Session {
 ///
 /// # Errors
 /// [`crate::Error::Input`].
-pub(super) fn load(path: &Path, reading: Reading) -> Result<Scene> {
-    let scene = scene::load::load_with(path, reading)?;
+pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
+    let scene = scene::load::load_with(path, options.clone())?;
     warn(&scene.warnings);
     Ok(scene)
 }
 
+/// What outputs must not replace: all files of a scene, and the configuration's, if any.
+pub(super) fn inputs(scene: &Scene, config: Option<&Path>) -> Inputs {
+    let files = scene.files.iter().chain(&scene.named).map(PathBuf::as_path);
+    Inputs::new(files.chain(config))
+}
+
 /// Prints warnings.
 pub(super) fn warn(warnings: &[String]) {
-    warnings.iter().for_each(|warning| eprintln!("klieg: warning: {warning}"));
+    warnings.iter().for_each(|warning| print::note(format_args!("klieg: warning: {warning}")));
 }
 
 /// The scene's own lights, where the settings keep them.
@@ -253,25 +263,6 @@ fn kept(scene: &Scene, view: &View, settings: &Settings) -> crate::Result<Rig> {
     let (rig, warnings) = scene::lights::own_rig(scene, view)?;
     warn(&warnings);
     Ok(rig)
-}
-
-/// The view that the settings ask for.
-///
-/// # Errors
-/// Faults of the settings and of the scene.
-pub(super) fn view(scene: &Scene, settings: &ViewSettings) -> Result<View> {
-    let chosen = match &settings.camera {
-        Some(key) => Some(scene::camera::choose(scene, &key.text())?),
-        None if settings.framed() => None,
-        None => written_or_first(scene).cloned(),
-    };
-    let stored = chosen.as_ref().and_then(|camera| camera.designed).map(|view| Size(view.size));
-    let Size([width, height]) = settings.size.or(stored).unwrap_or(SIZE);
-    let camera = match chosen {
-        Some(camera) => camera,
-        None => frame(scene, &framing(settings), f64::from(width) / f64::from(height))?,
-    };
-    Ok(View::new(scene, camera, width, height)?)
 }
 
 /// Whether any object is in the picture.
@@ -303,23 +294,6 @@ fn note_coarse_shadows(evaluator: &mut Engine, settings: &ShadowSettings) -> Res
 pub(super) fn sees_nothing(scene: &Scene, view: &View) -> Error {
     let camera = &view.camera.name;
     Error::input(&scene.path, format!("camera '{camera}' sees nothing of the scene"))
-}
-
-/// The camera that klieg wrote, else the first.
-fn written_or_first(scene: &Scene) -> Option<&Camera> {
-    let written = scene.cameras.iter().rev().find(|camera| camera.designed.is_some());
-    written.or(scene.cameras.first())
-}
-
-fn framing(settings: &ViewSettings) -> Framing {
-    let default = Framing::default();
-    let radians = |degrees: Option<f64>, other: f64| degrees.map_or(other, f64::to_radians);
-    Framing {
-        azimuth: radians(settings.azimuth, default.azimuth),
-        elevation: radians(settings.elevation, default.elevation),
-        fov: radians(settings.fov, default.fov),
-        fill: settings.fill.unwrap_or(default.fill),
-    }
 }
 
 /// An evaluator on the named device.
@@ -369,7 +343,8 @@ pub(super) fn announce(evaluator: &Engine) {
         Engine::Cpu(_) => String::new(),
         Engine::Vulkan { gpu, .. } => format!(", pipeline {}", gpu.pipeline()),
     };
-    eprintln!("device: {} ({}, {}){pipeline}", device.name, device.kind, device.driver);
+    let (name, kind, driver) = (&device.name, device.kind, &device.driver);
+    print::note(format_args!("device: {name} ({kind}, {driver}){pipeline}"));
 }
 
 /// Time since `start`.

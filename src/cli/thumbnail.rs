@@ -50,8 +50,9 @@ pub(super) fn run(options: &Options) -> Result<()> {
     shorten(&mut settings, options.size);
     settings.check()?;
     let genome = settings.genome()?;
-    let file = File::new(&options.scene, &options.out)?;
-    let loaded = Loaded::read(&options.scene, settings.reading())?;
+    let loaded = Loaded::read(&options.scene, &settings.loading())?;
+    let inputs = session::inputs(&loaded.scene, options.look.config());
+    let file = File::new(&options.out, inputs)?;
     warn(&loaded.scene.warnings);
     let device = device::open(&settings.device, &settings)?;
     let mut session = Session::on(&device, loaded, settings, begin)?;

@@ -2,6 +2,7 @@
 //! ones, their terms, the lights, where they stand, and the course of the search.
 
 use super::json::Design;
+use super::text::visible;
 use super::{picture, plot};
 use crate::design::Progress;
 use crate::lighting::{Light, Role};
@@ -135,7 +136,8 @@ impl Sheet<'_> {
             own_lights => self.design.scene_lights.in_words(),
             settings => self.settings.clone(),
         };
-        environment.get_template("report.html")?.render(page).context("the report's template")
+        let page = environment.get_template("report.html")?.render(page);
+        Ok(visible(&page.context("the report's template")?).into_owned())
     }
 
     /// How far `F` fell, percent.

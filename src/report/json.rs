@@ -1,5 +1,6 @@
 //! Results for other programs. `docs/RESULT.md` is the reference of the schemas.
 
+use super::text::visible_json;
 use crate::design::Outcome;
 use crate::design::profile::Profile;
 use crate::evaluate::{DeviceInfo, Inspection};
@@ -321,10 +322,10 @@ impl Score {
     pub const SCHEMA: &'static str = "klieg.score/1";
 }
 
-/// Indented JSON with a line break at its end.
+/// Indented JSON with a line break at its end; control characters in names are escaped.
 ///
 /// # Errors
 /// None in practice: the results have string keys alone.
 pub fn text(value: &impl Serialize) -> serde_json::Result<String> {
-    serde_json::to_string_pretty(value).map(|text| text + "\n")
+    serde_json::to_string_pretty(value).map(|text| visible_json(&text).into_owned() + "\n")
 }

@@ -58,13 +58,13 @@ impl Triangles {
     ) -> Parsed<Mesh> {
         let Self { from, indices } = self;
         // Collecting would hold the vertices twice.
-        let mut vertices: Vec<Vertex> = bytemuck::zeroed_vec(from.len());
+        let mut vertices: Vec<Vertex> = zeros(from.len())?;
         vertices.par_iter_mut().zip(from).try_for_each(|(place, at)| {
             *place = vertex(at as usize)?;
             Parsed::Ok(())
         })?;
         let mut mesh = Mesh { vertices, indices, ..Mesh::default() };
-        repair_normals(&mut mesh);
+        repair_normals(&mut mesh)?;
         match tangents {
             Tangents::Unused => {}
             Tangents::Given => tangents::repair(&mut mesh.vertices),
@@ -138,13 +138,19 @@ fn weld(mut corners: Vec<u32>, count: usize) -> (Vec<u32>, Vec<u32>) {
     (from, corners)
 }
 
+/// Zeros for each of `count` vertices.
+fn zeros<T: bytemuck::Zeroable>(count: usize) -> Parsed<Vec<T>> {
+    bytemuck::allocation::try_zeroed_vec(count)
+        .map_err(|()| format!("its {count} vertices need more memory than there is"))
+}
+
 /// Gives vertices without a normal that of their triangles, weighted by area.
-fn repair_normals(mesh: &mut Mesh) {
+fn repair_normals(mesh: &mut Mesh) -> Parsed<()> {
     let lacks = |vertex: &Vertex| vertex.normal == [0.0; 3];
     if !mesh.vertices.iter().any(lacks) {
-        return;
+        return Ok(());
     }
-    let mut sums = vec![DVec3::ZERO; mesh.vertices.len()];
+    let mut sums: Vec<DVec3> = zeros(mesh.vertices.len())?;
     for triangle in mesh.indices.chunks_exact(3) {
         let corner = |k: usize| triangle[k] as usize;
         let lacking = (0..3).any(|k| lacks(&mesh.vertices[corner(k)]));
@@ -160,6 +166,7 @@ fn repair_normals(mesh: &mut Mesh) {
             vertex.normal = sum.normalize_or(DVec3::Z).as_vec3().to_array();
         }
     }
+    Ok(())
 }
 
 /// World from mesh space, as glTF has it: the last row of `matrix` must be 0 0 0 1.

@@ -7,7 +7,7 @@ mod strip;
 
 use super::framing;
 use super::lights::LightExtras;
-use super::load::Reading;
+use super::load::LoadOptions;
 use super::view::{DesignedView, Projection, View};
 use crate::lighting::{Color, Light, Role};
 use crate::{Error, Result};
@@ -26,10 +26,10 @@ const FAR: f64 = 1e4;
 
 /// Writes the scene in the file `source` to `out` as one self-contained GLB, with the lights of `rig` and
 /// the camera of `view` appended as nodes. What klieg appended to it before is replaced. Files that
-/// `source` names, and that anything in it uses, are taken in where `reading` allows them; files that unknown
+/// `source` names, and that anything in it uses, are taken in where `options` allow them; files that unknown
 /// extensions alone name stay outside.
 ///
-/// A PLY, STL or OBJ file becomes glTF, placed as `reading` says.
+/// A PLY, STL or OBJ file becomes glTF, placed as `options` say.
 ///
 /// A viewer shows what was scored: the scene's own lights stay where `rig` has them ([`Role::Scene`]), and
 /// are taken out where it has none of them. All else of the scene is unchanged.
@@ -48,7 +48,7 @@ const FAR: f64 = 1e4;
 /// light that glTF cannot express, [`Error::Output`] when `out` cannot be written.
 pub fn write(
     source: &Path,
-    reading: impl Into<Reading>,
+    options: impl Into<LoadOptions>,
     view: &View,
     rig: &[Light],
     out: &Path,
@@ -56,13 +56,13 @@ pub fn write(
     let (scene_lights, rig): (Vec<Light>, Vec<Light>) =
         rig.iter().copied().partition(|light| light.role == Role::Scene);
     rig.iter().try_for_each(check)?;
-    let reading = reading.into();
-    let mut document = Document::read(source, &reading.orientation)?;
+    let options = options.into();
+    let mut document = Document::read(source, &options.orientation)?;
     strip::strip(&mut document.root);
     if scene_lights.is_empty() {
         strip::strip_lights(&mut document.root);
     }
-    document.embed_files(reading.access)?;
+    document.embed_files(options.access)?;
     let scene = drawn_scene(&mut document)?;
     for (light, name) in rig.iter().zip(names(&rig)) {
         let index = add_light(&mut document, light_json(light, view, &name))?;

@@ -9,6 +9,7 @@ pub mod framing;
 pub mod lights;
 pub mod lit;
 pub mod load;
+mod memory;
 mod mips;
 pub mod occluders;
 mod tangents;
@@ -32,6 +33,8 @@ pub struct Scene {
     pub path: PathBuf,
     /// All files that it was read from, `path` first; none of a scene that was made from arrays.
     pub files: Vec<PathBuf>,
+    /// All files that its file names, read or not.
+    pub named: Vec<PathBuf>,
     /// Triangle meshes, one for each glTF primitive, stored once however often they are drawn.
     pub meshes: Vec<Mesh>,
     /// Materials; a mesh names one by its index. Never empty: glTF's default material stands last.

@@ -1,11 +1,11 @@
 //! Which of the files that a scene names come to stand in the lit scene.
 
 use super::fixtures::{
-    SECRET, parse_glb, png, positions, rig, triangle, views, with_unused_files, write,
+    SECRET, glb, parse_glb, png, positions, rig, triangle, views, with_unused_files, write,
 };
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use klieg::scene::load::{FileAccess, Orientation, Reading, Up, load, load_with};
+use klieg::scene::load::{FileAccess, LoadOptions, Orientation, Up, load, load_with};
 use klieg::scene::{Scene, lit};
 use serde_json::json;
 
@@ -99,16 +99,59 @@ fn pictures_in_no_known_format_are_taken_in_as_they_are() {
 fn triangles_become_gltf() {
     let folder = tempfile::tempdir().expect("a folder");
     let orientation = Orientation { units: Some(0.25), up: Some(Up::Z) };
-    let reading = Reading { orientation, ..Reading::default() };
+    let options = LoadOptions { orientation, ..LoadOptions::default() };
     let obj = b"o plate\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 1\nf 1 2 3 4\n";
     let source = write(folder.path(), "plate.obj", obj);
     let out = folder.path().join("out.glb");
-    lit::write(&source, reading, &views()[0], &rig(), &out).expect("a lit scene");
-    let (scene, lit_scene) = (load_with(&source, reading).expect("a scene"), load(&out));
+    lit::write(&source, options.clone(), &views()[0], &rig(), &out).expect("a lit scene");
+    let (scene, lit_scene) = (load_with(&source, options).expect("a scene"), load(&out));
     let corners = |scene: &Scene| -> Vec<_> { (0..2).map(|t| scene.corners(0, t)).collect() };
     let lit_scene = lit_scene.expect("the lit scene");
     assert_eq!(corners(&scene), corners(&lit_scene));
     assert_eq!(lit_scene.lights.len(), rig().len());
     let reports = super::validator::validate(&[out]);
     assert_eq!(super::validator::codes(&reports[0], 1), Vec::<&str>::new(), "{reports:#?}");
+}
+/// A buffer whose views read beyond the length that the file gives it: viewers read on, and so does klieg.
+#[test]
+fn a_buffer_longer_than_the_file_says_is_whole_and_its_length_right() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out.glb");
+    let mut root = triangle();
+    root["buffers"][0]["byteLength"] = 8.into();
+    let binary = glb(&root, Some(&positions()));
+    root["buffers"][0]["uri"] = "positions.bin".into();
+    write(folder.path(), "positions.bin", &positions());
+    let mut second = root.clone();
+    second["buffers"] = json!([{ "byteLength": 4, "uri": "data:;base64,AAAAAA==" }, {
+        "byteLength": 8,
+        "uri": format!("data:application/octet-stream;base64,{}", STANDARD.encode(positions())),
+    }]);
+    second["bufferViews"][0]["buffer"] = 1.into();
+    for (name, bytes, index) in [
+        ("chunk.glb", binary, 0),
+        ("file.gltf", root.to_string().into_bytes(), 0),
+        ("data.gltf", second.to_string().into_bytes(), 1),
+    ] {
+        let source = write(folder.path(), name, &bytes);
+        lit::write(&source, FileAccess::SceneFolder, &views()[0], &rig(), &out).expect("a scene");
+        let (root, _) = parse_glb(&std::fs::read(&out).expect("the lit scene"));
+        assert_eq!(root["buffers"][index]["byteLength"], 36, "{name}");
+        load(&out).expect("the lit scene");
+    }
+}
+
+/// What the drawn scene does not need may be missing, used by something in the file or not.
+#[test]
+fn a_missing_image_that_is_not_drawn_is_a_pixel() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut root = triangle();
+    root["images"] = json!([{ "uri": "gone.png" }]);
+    root["textures"] = json!([{ "source": 0 }]);
+    let source = write(folder.path(), "a.glb", &glb(&root, Some(&positions())));
+    let out = folder.path().join("out.glb");
+    lit::write(&source, FileAccess::SceneFolder, &views()[0], &rig(), &out).expect("a lit scene");
+    let (root, _) = parse_glb(&std::fs::read(&out).expect("the lit scene"));
+    assert_eq!(root["images"][0]["mimeType"], "image/png");
+    load(&out).expect("the lit scene");
 }

@@ -1,6 +1,6 @@
 //! What becomes of the scene's own lights.
 
-use super::fixtures::{glb, parse_glb, positions, rig, views, write, write_all};
+use super::fixtures::{glb, parse_glb, positions, rig, triangle, views, write, write_all};
 use super::light;
 use klieg::lighting::{Cone, Light, LightKind, Role};
 use serde_json::{Value, json};
@@ -42,4 +42,18 @@ fn the_scene_s_own_lights_stay_only_where_the_rig_has_them() {
     let path = write(folder.path(), "animated.glb", &glb(&animated, Some(&positions())));
     let (taken, _) = light(&path, &views()[0], &rig());
     assert_eq!(lights(&taken), ((1..7).collect(), 7));
+}
+
+#[test]
+fn nodes_of_the_scene_stay_whatever_their_extras_say() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut root = triangle();
+    for block in [json!({ "light": 1 }), json!({ "light": {}, "camera": {} })] {
+        root["nodes"][0]["extras"] = json!({ "klieg": block, "other": 2 });
+        let path = write(folder.path(), "a.gltf", root.to_string().as_bytes());
+        let (after, _) = light(&path, &views()[0], &rig());
+        assert_eq!(after["nodes"][0], root["nodes"][0]);
+        let roots = after["scenes"][0]["nodes"].as_array().expect("nodes");
+        assert!(roots.contains(&json!(0)), "{roots:?}");
+    }
 }

@@ -8,4 +8,5 @@ mod materials;
 mod models;
 mod outside;
 mod pictures;
+mod pose;
 mod stage;

@@ -2,7 +2,7 @@
 
 use crate::file::*;
 use klieg::scene::Scene;
-use klieg::scene::load::{Orientation, Reading, Up, load, load_with};
+use klieg::scene::load::{LoadOptions, Orientation, Up, load, load_with};
 use proptest::prelude::*;
 
 /// The unit square as text, with colours.
@@ -65,7 +65,7 @@ fn plain(name: &str, bytes: &[u8]) -> Scene {
     let folder = Folder::new();
     folder.write(name, bytes);
     let orientation = Orientation { units: Some(1.0), up: Some(Up::Y) };
-    let reading = Reading { orientation, ..Reading::default() };
+    let reading = LoadOptions { orientation, ..LoadOptions::default() };
     load_with(&folder.path(name), reading).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -117,7 +117,7 @@ fn units_and_the_axis_upwards_follow_the_format_or_what_is_asked() {
     }
     assert_eq!(corners(&folder.load("a.ply", PLY.as_bytes()).unwrap())[1][2], [0.0, 1.0, 0.0]);
     let orientation = Orientation { units: Some(0.5), up: Some(Up::Z) };
-    let reading = Reading { orientation, ..Reading::default() };
+    let reading = LoadOptions { orientation, ..LoadOptions::default() };
     let top = corners(&load_with(&folder.path("a.ply"), reading).unwrap())[1][2];
     for (found, expected) in top.into_iter().zip([0.0, 0.0, -0.5]) {
         assert!((found - expected).abs() < 1e-9, "{top:?}");

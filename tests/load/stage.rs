@@ -93,8 +93,7 @@ fn morph_targets_take_their_default_weights() {
     assert_eq!(scene.meshes.len(), 2);
     assert_eq!(points(&scene)[0], DVec3::Z * 5.0);
     assert_eq!(points(&scene)[6], DVec3::Z * 2.0);
-    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
-    assert!(scene.warnings[0].contains("morph"));
+    assert_eq!(scene.warnings, [""; 0]);
 }
 
 /// The square held by two joints: the left edge by a resting one, the right one by a lifted one.
@@ -124,7 +123,7 @@ fn skins_stand_as_their_joints_do() {
     let [a, b, c, d] = [[0., 0., 0.], [0.01, 0., 0.07], [0., 0.01, 0.], [0.01, 0.01, 0.07]];
     assert_points(&scene, &[a, b, c, c, b, d]);
     assert!(scene.meshes[0].vertices.iter().all(|v| v.normal == [0., 0., 1.]));
-    assert!(scene.warnings[0].contains("skinned"), "{:?}", scene.warnings);
+    assert_eq!(scene.warnings, [""; 0]);
     // A joint that is not there.
     let mut file = skinned();
     file.json["skins"][0]["joints"] = json!([2]);

@@ -23,7 +23,7 @@ impl Folder {
     /// `klieg` in this folder, on the native evaluator unless `arguments` name a device.
     pub fn klieg(&self, arguments: &[&str]) -> Command {
         let mut command = klieg(arguments);
-        let without_device = ["devices", "terms", "render", "thumbnail"];
+        let without_device = ["devices", "terms", "render", "thumbnail", "inspect"];
         if !without_device.contains(&arguments[0]) && !arguments.contains(&"--device") {
             command.args(["--device", "cpu"]);
         }

@@ -3,6 +3,7 @@
 use crate::cli::config::{CameraKey, Settings, ViewSettings};
 use crate::cli::values::{Lights, Size};
 use crate::lighting::LightKind;
+use crate::scene::load::files;
 use crate::{Error, Result};
 use serde::Deserialize;
 use std::collections::HashSet;
@@ -15,6 +16,9 @@ pub const RECORD: &str = "batch.json";
 
 /// Most bytes of a name; file systems allow 255.
 const MAX_NAME: usize = 120;
+
+/// Most bytes of a list.
+const MAX_LIST: u64 = 256 << 20;
 
 /// A design to make.
 #[derive(Debug)]
@@ -258,7 +262,7 @@ fn clean(name: &str) -> String {
 }
 
 fn read(list: &Path) -> Result<String> {
-    std::fs::read_to_string(list).map_err(|fault| Error::input(list, fault))
+    files::text(list, MAX_LIST).map_err(|fault| Error::input(list, fault))
 }
 
 /// A path that a list names.

@@ -1,6 +1,7 @@
 //! `klieg batch`: many designs in one run. A thread loads the next scene while the present one is
 //! designed; the device stays open throughout.
 
+mod isolate;
 mod items;
 mod record;
 mod stamp;
@@ -15,14 +16,16 @@ use super::session::{self, Loaded, Session, milliseconds};
 use super::{describe, print};
 use crate::Error;
 use crate::design::{Progress, profile};
-use crate::report::Staging;
-use crate::scene::load::Reading;
+use crate::report::{Inputs, Staging, json};
+use crate::scene::load::LoadOptions;
 use anyhow::{Context, Result};
 use clap::Args;
 use indicatif::ProgressBar;
 use items::Item;
 use record::Record;
 use stamp::{FileStamp, Scores};
+use std::ops::ControlFlow;
+use std::panic::AssertUnwindSafe;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{self, SyncSender};
@@ -55,6 +58,10 @@ pub(super) struct Options {
     /// Make all designs anew, finished ones too
     #[arg(long)]
     force: bool,
+    /// Make each design in a process of its own, so that a scene that takes more memory than there is
+    /// ends that one alone
+    #[arg(long)]
+    isolate: bool,
     /// Print batch.json, and nothing else, on standard output
     #[arg(long)]
     json: bool,
@@ -75,26 +82,27 @@ impl Options {
 /// What stands on the progress bar.
 const TEMPLATE: &str = "{bar:32} {pos}/{len} designs, {msg}, {eta} left";
 
+pub(super) use isolate::run as run_item;
+
 pub(super) fn run(options: &Options) -> Result<()> {
-    let begin = Instant::now();
     let settings = options.settings()?;
     let items = items::gather(&options.inputs, &options.out, &settings)?;
     let finished = |item: &Item| stamp::finished(item, &options.out.join(&item.name));
     let scores: Vec<_> =
         items.iter().map(|item| finished(item).filter(|_| !options.force)).collect();
-    let mut batch = Batch {
-        out: &options.out,
-        record: Record::new(settings.profile.0, &items, &scores),
-        items: &items,
-        bar: progress::bar(Some(items.len() as u64), TEMPLATE, options.json),
-        begin,
-        noted: begin,
-    };
+    let record = Record::new(settings.profile.0, &items, &scores);
+    let mut batch = Batch::new(&options.out, &items, record, options.json);
+    let scenes = items.iter().map(|item| item.scene.as_path());
+    let named = options.inputs.iter().map(PathBuf::as_path).chain(options.look.config());
+    batch.inputs = Inputs::new(scenes.chain(named));
+    batch.inputs.spare(&options.out, [items::RECORD])?;
     let todo: Vec<usize> = (0..items.len()).filter(|&index| scores[index].is_none()).collect();
     batch.bar.set_position((items.len() - todo.len()) as u64);
     batch.bar.reset_eta();
-    if !todo.is_empty() {
-        batch.design(&todo, &settings)?;
+    match (todo.is_empty(), options.isolate) {
+        (true, _) => {}
+        (false, false) => batch.design(&todo, &settings)?,
+        (false, true) => batch.design_isolated(&todo)?,
     }
     batch.bar.finish_and_clear();
     let text = batch.note()?;
@@ -102,18 +110,41 @@ pub(super) fn run(options: &Options) -> Result<()> {
     batch.record.verdict()
 }
 
-/// Time between two writings of `batch.json`.
-const PAUSE: Duration = Duration::from_secs(1);
+/// How much longer than writing `batch.json` takes the time between two writings of it is.
+const PAUSE: u32 = 20;
+
+/// A design's scores, and the milliseconds that it took.
+type Made = (Scores, f64);
 
 /// A batch at work.
 struct Batch<'a> {
     out: &'a Path,
     items: &'a [Item],
+    /// What no output may replace, beside the files of its own scene.
+    inputs: Inputs,
     record: Record,
+    /// Whether there is a `batch.json`.
+    recorded: bool,
+    /// Whether to say what computes.
+    announce: bool,
     bar: ProgressBar,
     begin: Instant,
-    /// When `batch.json` was last written.
-    noted: Instant,
+    /// When `batch.json` was last written, and how long that took.
+    noted: (Instant, Duration),
+}
+
+/// A fault of klieg's own.
+#[derive(Debug, thiserror::Error)]
+#[error("a fault of klieg's own, please report it: {0}")]
+struct Panicked(String);
+
+/// What `work` gives; its panic is an error.
+fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
+    std::panic::catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("it panicked");
+        Err(Panicked(text.to_owned()).into())
+    })
 }
 
 /// A scene that waits for its design.
@@ -125,64 +156,120 @@ struct Ready {
 }
 
 impl Ready {
-    fn read(path: &Path, reading: Reading) -> crate::Result<Self> {
-        let scene = Loaded::read(path, reading)?;
+    fn read(path: &Path, options: &LoadOptions) -> Result<Self> {
+        let scene = Loaded::read(path, options)?;
         Ok(Self { files: FileStamp::all(&scene.scene)?.into(), scene })
     }
 }
 
-impl Batch<'_> {
+impl<'a> Batch<'a> {
+    fn new(out: &'a Path, items: &'a [Item], record: Record, quiet: bool) -> Self {
+        let begin = Instant::now();
+        Self {
+            out,
+            items,
+            inputs: Inputs::default(),
+            record,
+            recorded: true,
+            announce: true,
+            bar: progress::bar(Some(items.len() as u64), TEMPLATE, quiet),
+            begin,
+            noted: (begin, Duration::ZERO),
+        }
+    }
+
     /// Designs the items of these numbers, until the user has enough.
     fn design(&mut self, todo: &[usize], settings: &Settings) -> Result<()> {
         let mut device = device::open(&settings.device, settings)?;
         self.note()?;
         let interrupt = Interrupt::listen()?;
-        let items = self.items;
+        let (items, options) = (self.items, &settings.loading());
         std::thread::scope(|scope| {
             // Without a buffer, the thread waits with one scene at hand.
             let (sender, scenes) = mpsc::sync_channel(0);
             let paths = todo.iter().map(|&index| &*items[index].scene);
-            let reading = settings.reading();
-            scope.spawn(move || load_ahead(paths, reading, &sender));
+            scope.spawn(move || load_ahead(paths, options, &sender));
             for &index in todo {
                 let scene = scenes.recv().context("the thread that loads scenes has ended")?;
                 if interrupt.check().is_break() {
                     break;
                 }
                 let item = &items[index];
-                let design = scene.map_err(anyhow::Error::from);
-                match design.and_then(|ready| self.one(item, ready, &device, &interrupt)) {
-                    Ok(None) => break,
-                    Ok(Some((scores, time))) => self.record.done(index, scores, time),
-                    Err(fault) => {
-                        self.say(&format!("{}: {}", item.name, describe(&fault)));
-                        self.record.failed(index, &fault);
-                        if may_be_lost(&fault) {
-                            device = device::open(&settings.device, settings)?;
-                        }
-                    }
+                let made =
+                    scene.and_then(|ready| guarded(|| self.one(item, ready, &device, &interrupt)));
+                if made.as_ref().is_err_and(may_be_lost) {
+                    device = device::open(&settings.device, settings)?;
                 }
-                self.bar.inc(1);
-                if self.noted.elapsed() > PAUSE {
-                    self.note()?;
+                if self.settle(index, made)?.is_break() {
+                    break;
                 }
             }
             Ok(())
         })
     }
 
-    /// Makes and publishes a design; gives its scores and its time in milliseconds, or nothing where
-    /// the user ended the search.
+    /// The same, each in a process of its own.
+    fn design_isolated(&mut self, todo: &[usize]) -> Result<()> {
+        self.note()?;
+        let interrupt = Interrupt::listen()?;
+        for &index in todo {
+            if interrupt.check().is_break() {
+                break;
+            }
+            let item = &self.items[index];
+            self.bar.set_message(item.name.clone());
+            let announce = self.record.device.is_none();
+            let made = self.spare(item).and_then(|()| {
+                let report = isolate::design(item, self.out, announce)?;
+                self.record.device = self.record.device.take().or(report.device.clone());
+                report.made()
+            });
+            if self.settle(index, made)?.is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes note of what became of an item: nothing where the user ended the search.
+    fn settle(&mut self, index: usize, made: Result<Option<Made>>) -> Result<ControlFlow<()>> {
+        match made {
+            Ok(None) => return Ok(ControlFlow::Break(())),
+            Ok(Some((scores, time))) => self.record.done(index, scores, time),
+            Err(fault) => {
+                if self.recorded {
+                    self.say(&format!("{}: {}", self.items[index].name, describe(&fault)));
+                }
+                self.record.failed(index, &fault);
+            }
+        }
+        self.bar.inc(1);
+        let (noted, cost) = self.noted;
+        if noted.elapsed() > PAUSE * cost {
+            self.note()?;
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// An item's files must not replace any input.
+    fn spare(&self, item: &Item) -> Result<()> {
+        let names = designer::FILES.into_iter().chain([stamp::STAMP]);
+        Ok(self.inputs.spare(&self.out.join(&item.name), names)?)
+    }
+
+    /// Makes and publishes a design, or nothing where the user ended the search.
     fn one(
         &mut self,
         item: &Item,
         Ready { scene, files }: Ready,
         device: &Opened,
         interrupt: &Interrupt,
-    ) -> Result<Option<(Scores, f64)>> {
+    ) -> Result<Option<Made>> {
         let begin = Instant::now();
         let folder = self.out.join(&item.name);
-        designer::spare(&item.scene, &folder.join(designer::LIT))?;
+        self.spare(item)?;
+        let inputs = session::inputs(&scene.scene, None);
+        inputs.spare(&folder, designer::FILES.into_iter().chain([stamp::STAMP]))?;
         self.bar.set_message(item.name.clone());
         for warning in &scene.scene.warnings {
             self.say(&format!("{}: {warning}", item.name));
@@ -190,8 +277,10 @@ impl Batch<'_> {
         let genome = item.settings.genome()?;
         let mut session = Session::on(device, scene, item.settings.clone(), begin)?;
         if self.record.device.is_none() {
-            self.bar.suspend(|| session::announce(&session.evaluator));
-            self.record.device = Some(session.evaluator.device().clone());
+            if self.announce {
+                self.bar.suspend(|| session::announce(&session.evaluator));
+            }
+            self.record.device = Some(serde_json::to_value(session.evaluator.device())?);
         }
         let mut observe = |progress: &Progress| {
             let Progress { generation, best, .. } = progress;
@@ -199,10 +288,10 @@ impl Batch<'_> {
             interrupt.check()
         };
         let outcome = designer::search(&mut session, &genome, &mut observe)?;
-        if outcome.stopped {
+        if outcome.stopped && interrupt.check().is_break() {
             return Ok(None);
         }
-        let mut staging = Staging::new(&folder)?;
+        let mut staging = Staging::new(&folder)?.sparing(inputs);
         let design = designer::write(&mut session, &outcome, &mut staging)?;
         let scores = Scores { headlight: design.headlight.score, score: design.quality.score };
         staging.write(stamp::STAMP, stamp::text(&item.settings, &files, scores)?)?;
@@ -213,28 +302,35 @@ impl Batch<'_> {
 
     /// Says something beside the bar.
     fn say(&self, text: &str) {
-        self.bar.suspend(|| eprintln!("klieg: warning: {text}"));
+        self.bar.suspend(|| print::note(format_args!("klieg: warning: {text}")));
     }
 
     /// Writes how the batch stands; gives the text of `batch.json`.
     fn note(&mut self) -> Result<String> {
-        self.noted = Instant::now();
+        let begin = Instant::now();
         self.record.count(milliseconds(self.begin));
-        self.record.write(self.out)
+        let text = json::text(&self.record)?;
+        if self.recorded {
+            record::write(&text, self.out)?;
+        }
+        self.noted = (Instant::now(), begin.elapsed());
+        Ok(text)
     }
 }
 
 /// Whether the device may be of no more use after a fault.
 fn may_be_lost(fault: &anyhow::Error) -> bool {
-    fault.chain().any(|cause| matches!(cause.downcast_ref(), Some(Error::Vulkan { .. })))
+    fault.chain().any(|cause| {
+        cause.is::<Panicked>() || matches!(cause.downcast_ref(), Some(Error::Vulkan { .. }))
+    })
 }
 
 /// Loads scenes in turn and hands each over. One that is asked for again at once is not loaded again.
 /// Ends early when nobody takes them any more.
 fn load_ahead<'a>(
     paths: impl Iterator<Item = &'a Path>,
-    reading: Reading,
-    taker: &SyncSender<crate::Result<Ready>>,
+    options: &LoadOptions,
+    taker: &SyncSender<Result<Ready>>,
 ) {
     let mut last: Option<Ready> = None;
     for path in paths {
@@ -243,7 +339,7 @@ fn load_ahead<'a>(
         if let Some(ready) = &mut again {
             ready.scene.load = 0.0;
         }
-        let ready = again.map_or_else(|| Ready::read(path, reading), Ok);
+        let ready = again.map_or_else(|| guarded(|| Ready::read(path, options)), Ok);
         last = ready.as_ref().ok().cloned();
         if taker.send(ready).is_err() {
             return;
@@ -254,6 +350,7 @@ fn load_ahead<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::exit_code;
 
     #[test]
     fn views_of_a_scene_share_it_and_a_fault_is_handed_over() {
@@ -262,16 +359,26 @@ mod tests {
         let paths: [&Path; 5] = [&pair, &pair, &gone, &pair, &elephant];
         let (sender, scenes) = mpsc::sync_channel(0);
         let loaded: Vec<_> = std::thread::scope(|scope| {
-            scope.spawn(move || load_ahead(paths.into_iter(), Reading::default(), &sender));
+            scope.spawn(move || load_ahead(paths.into_iter(), &LoadOptions::default(), &sender));
             scenes.iter().map(|ready| ready.map(|ready| ready.scene)).collect()
         });
         let [Ok(first), Ok(second), Err(fault), Ok(third), Ok(last)] = &loaded[..] else {
             panic!("{} scenes", loaded.len());
         };
         assert!(Arc::ptr_eq(&first.scene, &second.scene) && second.load == 0.0);
-        assert!(fault.is_input() && fault.to_string().contains("gone.glb"));
+        assert!(exit_code(fault) == 2 && fault.to_string().contains("gone.glb"));
         assert!(!Arc::ptr_eq(&first.scene, &third.scene) && third.load > 0.0);
         assert_eq!((&third.scene.path, &last.scene.path), (&pair, &elephant));
+    }
+
+    #[test]
+    fn a_panic_is_a_fault_after_which_the_device_is_opened_anew() {
+        let fault = guarded(|| -> Result<()> { panic!("{} is broken", "it") }).unwrap_err();
+        assert!(
+            fault.to_string().ends_with("please report it: it is broken") && may_be_lost(&fault)
+        );
+        assert_eq!(exit_code(&fault), 1);
+        assert_eq!(guarded(|| Ok(3)).unwrap(), 3);
     }
 
     #[test]
@@ -279,6 +386,6 @@ mod tests {
         let (sender, scenes) = mpsc::sync_channel(0);
         drop(scenes);
         let paths = std::iter::repeat(Path::new("gone.glb"));
-        load_ahead(paths, Reading::default(), &sender);
+        load_ahead(paths, &LoadOptions::default(), &sender);
     }
 }

@@ -5,10 +5,10 @@ use super::stamp::Scores;
 use crate::Error;
 use crate::cli::print;
 use crate::design::profile::Profile;
-use crate::evaluate::DeviceInfo;
-use crate::report::{Staging, json};
+use crate::report::Staging;
 use anyhow::{Context, Result, anyhow};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::path::Path;
 
 /// `batch.json`.
@@ -19,7 +19,7 @@ pub struct Record {
     /// The profile that the settings started from.
     profile: &'static str,
     /// What computes; none where nothing was to do.
-    pub device: Option<DeviceInfo>,
+    pub device: Option<Value>,
     done: usize,
     skipped: usize,
     failed: usize,
@@ -61,7 +61,28 @@ pub enum State {
     Failed,
 }
 
+/// What the process of an item reports of it: nothing where the user ended the search.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Report {
+    /// What computed.
+    pub device: Option<Value>,
+    /// `F`, where the design is there.
+    pub scores: Option<Scores>,
+    /// Time of the design.
+    pub milliseconds: Option<f64>,
+    /// Why it is not there.
+    pub reason: Option<String>,
+    /// Whether the scene is at fault then.
+    pub input: bool,
+}
+
 impl Record {
+    /// What there is to report of an item.
+    pub fn report(&self, index: usize) -> Report {
+        let Row { scores, milliseconds, ref reason, input, .. } = self.items[index];
+        Report { device: self.device.clone(), scores, milliseconds, reason: reason.clone(), input }
+    }
+
     /// A batch at its start: `finished` has the scores of items that need no work.
     pub fn new(profile: &Profile, items: &[Item], finished: &[Option<Scores>]) -> Self {
         let row = |(item, &scores): (&Item, &Option<Scores>)| Row {
@@ -115,18 +136,6 @@ impl Record {
         self.designs_per_minute = if minutes > 0.0 { self.done as f64 / minutes } else { 0.0 };
     }
 
-    /// Puts `batch.json` in its place; gives its text.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
-    pub fn write(&self, out: &Path) -> Result<String> {
-        let text = json::text(self)?;
-        let mut staging = Staging::new(out)?;
-        staging.write(RECORD, &text)?;
-        staging.publish()?;
-        Ok(text)
-    }
-
     /// All items in a table, and the reasons of failures below.
     pub fn show(&self) -> String {
         let mut table = print::columns(&["item", "", "headlight", "designed", "seconds"], &[]);
@@ -176,4 +185,15 @@ impl Record {
             Err(anyhow!(text))
         }
     }
+}
+
+/// Puts `batch.json` in its place.
+///
+/// # Errors
+/// [`Error::Output`].
+pub fn write(text: &str, out: &Path) -> crate::Result<()> {
+    let mut staging = Staging::new(out)?;
+    staging.write(RECORD, text)?;
+    staging.publish()?;
+    Ok(())
 }

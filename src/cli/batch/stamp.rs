@@ -5,6 +5,7 @@ use crate::cli::config::Settings;
 use crate::cli::designer::{FILES, RESULT};
 use crate::report::json;
 use crate::scene::Scene;
+use crate::scene::load::files;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -14,6 +15,9 @@ use std::time::UNIX_EPOCH;
 
 /// The stamp's file beside a design's own.
 pub const STAMP: &str = "item.json";
+
+/// Most bytes of what an earlier run has left.
+const MAX_BYTES: u64 = 64 << 20;
 
 /// `item.json`.
 #[derive(Serialize)]
@@ -94,7 +98,8 @@ pub fn remove(folder: &Path) -> Result<()> {
 /// The scores of an item whose design in `folder` is complete, and made by this version with the
 /// item's settings of the files as they are now.
 pub fn finished(item: &Item, folder: &Path) -> Option<Scores> {
-    let read = |name| serde_json::from_slice(&std::fs::read(folder.join(name)).ok()?).ok();
+    let read =
+        |name| serde_json::from_slice(&files::read(&folder.join(name), MAX_BYTES).ok()?).ok();
     let (stamp, result): (Value, Value) = (read(STAMP)?, read(RESULT)?);
     let files = Vec::<FileStamp>::deserialize(&stamp["files"]).ok()?;
     let scores = Scores::deserialize(&stamp).ok()?;

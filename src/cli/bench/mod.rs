@@ -20,7 +20,7 @@ use crate::lighting::genome::Genome;
 use crate::lighting::{LightKind, Population, Rig, check_number};
 use crate::math::range::Range;
 use crate::optimize::MAX_POPULATION;
-use crate::report::{Staging, json};
+use crate::report::{Inputs, Staging, json};
 use crate::scene::Scene;
 use anyhow::Result;
 use clap::Args;
@@ -114,10 +114,12 @@ pub(super) fn run(options: &Options) -> Result<()> {
     // A folder that cannot be written to is told at once; an interrupted run leaves nothing in it.
     options.out.as_deref().map(Staging::new).transpose()?;
     let mut bench = Bench::new(settings.profile.0, options.kind, options.seed, &options.plan());
+    let mut inputs = Inputs::new(options.look.config());
     for source in options.sources() {
         let start = Instant::now();
         let scene = source.scene(&settings)?;
         let load_ms = milliseconds(start);
+        inputs.extend(session::inputs(&scene, None));
         bench.scenes.push(SceneRecord::new(&scene, load_ms));
         for size in &options.size {
             for method in &methods {
@@ -128,7 +130,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
         }
     }
     let files = match &options.out {
-        Some(out) => output::write(&bench, Staging::new(out)?)?,
+        Some(out) => output::write(&bench, Staging::new(out)?.sparing(inputs))?,
         None => Vec::new(),
     };
     if options.json {
@@ -147,7 +149,7 @@ enum Source<'a> {
 impl Source<'_> {
     fn scene(&self, settings: &Settings) -> Result<Scene> {
         match *self {
-            Self::File(path) => session::load(path, settings.reading()),
+            Self::File(path) => session::load(path, &settings.loading()),
             Self::Relief(triangles, instanced) => Ok(relief::scene(triangles, instanced)),
         }
     }
@@ -199,12 +201,8 @@ impl Options {
             return Err(Error::input(&scene.path, fault).into());
         }
         let setup = Setup::new(scene, [view.width, view.height], object_pixels, maps_ms, &machine);
-        eprintln!(
-            "measuring {}, {} triangles, {}",
-            setup.name(),
-            setup.triangles,
-            Size(setup.size)
-        );
+        let (name, triangles) = (setup.name(), setup.triangles);
+        print::note(format_args!("measuring {name}, {triangles} triangles, {}", Size(setup.size)));
         let mut rows = Vec::new();
         for &lights in &self.lights {
             for &population in &self.population {

@@ -82,7 +82,8 @@ impl Common {
     /// The scene in view, and a place for the results.
     fn open(&self, settings: Settings) -> Result<(Session, Staging)> {
         let session = Session::open(&self.scene.scene, settings)?;
-        Ok((session, Staging::new(&self.out)?))
+        let inputs = session.inputs(self.scene.config());
+        Ok((session, Staging::new(&self.out)?.sparing(inputs)))
     }
 
     /// Writes an exhibit and its figures, and prints `summary` or the figures.

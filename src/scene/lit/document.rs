@@ -62,10 +62,12 @@ impl Document {
 
     /// Takes in all buffers and images that lie in other files. Buffer 0 becomes the binary chunk,
     /// other buffers data URIs, and images buffer views at its end; no index changes. Files that
-    /// nothing uses are not read: a byte stands for such a buffer, and a pixel for such an image.
+    /// nothing uses are not read: a byte stands for such a buffer, and a pixel for such an image, as for
+    /// one that is missing: what the drawn scene needs was there when it was loaded. Buffers whose views
+    /// read beyond the length that the file gives them are as long as those need.
     ///
     /// # Errors
-    /// [`Error::Input`] when one of them is missing, too short or not among those that `access` allows.
+    /// [`Error::Input`] when a buffer is missing, one of them is too short or not among those that `access` allows.
     pub fn embed_files(&mut self, access: FileAccess) -> Result<()> {
         let source = self.source.clone();
         let mut resources = Resources::new(&source, access, 0);
@@ -89,9 +91,18 @@ impl Document {
         is_used: bool,
         resources: &mut Resources,
     ) -> Result<()> {
+        let declared = |buffer: &Value| buffer["byteLength"].as_u64();
+        let reach = self.reach(index);
         let buffer = &mut self.root["buffers"][index];
-        let Some(uri) = buffer["uri"].as_str() else { return Ok(()) };
-        if index > 0 && is_data(uri) {
+        let is_whole = declared(buffer).is_some_and(|length| length >= reach);
+        let Some(uri) = buffer["uri"].as_str() else {
+            let there = self.binary.as_ref().map_or(0, Vec::len) as u64;
+            if index == 0 && !is_whole && reach <= there {
+                buffer["byteLength"] = reach.into();
+            }
+            return Ok(());
+        };
+        if index > 0 && is_data(uri) && is_whole {
             return Ok(());
         }
         let mut data = vec![0];
@@ -102,10 +113,14 @@ impl Document {
             buffer["byteLength"] = data.len().into();
             self.shrink_views(index);
         }
+        let reach = self.reach(index).min(data.len() as u64);
         let buffer = &mut self.root["buffers"][index];
-        let length = buffer["byteLength"].as_u64().and_then(|length| usize::try_from(length).ok());
-        match length {
-            Some(length) if length <= data.len() => data.truncate(length),
+        let length = declared(buffer).map(|length| length.max(reach));
+        match length.and_then(|length| usize::try_from(length).ok()) {
+            Some(length) if length <= data.len() => {
+                data.truncate(length);
+                buffer["byteLength"] = length.into();
+            }
             _ => {
                 let fault = format!("buffer {index} has only {} bytes", data.len());
                 return Err(self.fault(fault));
@@ -119,6 +134,16 @@ impl Document {
             self.binary = Some(data);
         }
         Ok(())
+    }
+
+    /// Bytes of a buffer up to the end of its views.
+    fn reach(&self, buffer: usize) -> u64 {
+        let views = self.root.get("bufferViews").and_then(Value::as_array);
+        let of_buffer = |view: &&Value| view["buffer"].as_u64() == Some(buffer as u64);
+        let end = |view: &Value| {
+            view["byteLength"].as_u64()?.checked_add(view["byteOffset"].as_u64().unwrap_or(0))
+        };
+        views.into_iter().flatten().filter(of_buffer).filter_map(end).max().unwrap_or(0)
     }
 
     /// Lets the views of a buffer that nothing uses be as long as that is now.
@@ -143,7 +168,11 @@ impl Document {
             return Ok(());
         };
         let fault = |fault| Error::input(&self.source, format!("images[{index}]: {fault}"));
-        let data = if is_used { resources.fetch(uri).map_err(fault)? } else { PIXEL.to_vec() };
+        let data = if is_used && !resources.is_missing(uri) {
+            resources.fetch(uri).map_err(fault)?
+        } else {
+            PIXEL.to_vec()
+        };
         let mime_type = match mime_type(&data).or(image["mimeType"].as_str()) {
             Some(mime_type) => mime_type.to_owned(),
             None => {

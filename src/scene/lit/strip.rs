@@ -70,9 +70,12 @@ pub fn strip_lights(root: &mut Object) {
 /// Indices of the nodes that klieg wrote.
 fn own_nodes(root: &Object) -> Vec<usize> {
     let nodes = root.get("nodes").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    // Others may use the name too: a node of klieg's carries what its block tells of, and no mesh.
     let is_own = |node: &Value| {
         let block = &node["extras"][EXTRAS];
-        block.get("light").is_some() || block.get("camera").is_some()
+        let light = block["light"].is_object() && !node["extensions"][EXTENSION]["light"].is_null();
+        let camera = block["camera"].is_object() && !node["camera"].is_null();
+        (light || camera) && node.get("mesh").is_none()
     };
     if nodes.iter().any(|node| !node.is_object()) {
         return Vec::new();

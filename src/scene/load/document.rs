@@ -23,7 +23,7 @@ pub struct Document {
 }
 
 /// A node's transform as the file has it.
-#[derive(Default, Deserialize)]
+#[derive(Default, Clone, Deserialize)]
 pub struct Place {
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
@@ -42,6 +42,13 @@ pub fn parse(json: &[u8], warnings: &mut Vec<String>) -> Parsed<Document> {
     for scene in scenes.into_iter().flatten() {
         if let Some(scene) = scene.as_object_mut() {
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    // Channels that move no node, as those of KHR_animation_pointer, neither.
+    let animations = value.get_mut("animations").and_then(Value::as_array_mut);
+    for animation in animations.into_iter().flatten() {
+        if let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) {
+            channels.retain(|channel| channel["target"].get("node").is_some());
         }
     }
     let extensions = Extensions::of(&value)?;

@@ -17,6 +17,12 @@ pub fn read(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
     part.read(0, part.length)
 }
 
+/// The text of a regular file of at most `limit` bytes.
+#[cfg(feature = "cli")]
+pub fn text(path: &Path, limit: u64) -> Parsed<String> {
+    String::from_utf8(read(path, limit)?).map_err(|_| "is not UTF-8".into())
+}
+
 /// Bytes of a file that are read as they are needed.
 #[derive(Debug)]
 pub struct FilePart {
@@ -122,6 +128,7 @@ fn places(
              into files of their own, or into a GLB"
         ));
     }
+    super::budget::check_json(length)?;
     Ok((json, bin))
 }
 

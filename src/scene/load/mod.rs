@@ -4,12 +4,15 @@
 //! file may take of memory and time is bounded.
 
 mod accessor;
+mod animate;
 mod appearance;
+mod budget;
+pub mod contents;
 mod document;
 mod draco;
 mod elements;
 mod extensions;
-pub(super) mod files;
+pub(crate) mod files;
 mod glossiness;
 mod guard;
 mod instancing;
@@ -31,6 +34,8 @@ use super::view::DesignedView;
 use super::{Parsed, Scene, camera};
 use crate::{Error, Result};
 use accessor::Accessors;
+pub use animate::Moment;
+use budget::Budget;
 use document::Document;
 use files::Buffer;
 use glam::DMat4;
@@ -48,7 +53,27 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Loads the default scene of a glTF file, which may name files in its own folder alone.
+/// How a file is loaded.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoadOptions {
+    /// The files that it may name.
+    pub access: FileAccess,
+    /// How a PLY, STL or OBJ file stands in the world.
+    pub orientation: Orientation,
+    /// The moment of its animations that is shown.
+    pub moment: Moment,
+    /// Whether it may take much more memory and time than files of its size do; what the machine has is the
+    /// limit always.
+    pub large: bool,
+}
+
+impl From<FileAccess> for LoadOptions {
+    fn from(access: FileAccess) -> Self {
+        Self { access, ..Self::default() }
+    }
+}
+
+/// Loads the default scene of a glTF file with the default options: it may name files in its own folder alone.
 ///
 /// # Errors
 /// As [`load_with`].
@@ -56,40 +81,26 @@ pub fn load(path: &Path) -> Result<Scene> {
     load_with(path, FileAccess::SceneFolder)
 }
 
-/// How a file is read.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Reading {
-    /// The files that it may name.
-    pub access: FileAccess,
-    /// How a PLY, STL or OBJ file stands in the world.
-    pub orientation: Orientation,
-}
-
-impl From<FileAccess> for Reading {
-    fn from(access: FileAccess) -> Self {
-        Self { access, ..Self::default() }
-    }
-}
-
-/// Loads the default scene of a glTF file, or the triangles of a PLY, STL or OBJ file.
+/// Loads the default scene of a glTF file, or the triangles of a PLY, STL or OBJ file, as `options` say;
+/// [`FileAccess`] alone does for them.
 ///
-/// Meshes stand in the pose of the file's nodes and default morph weights. What cannot be drawn as
-/// the file says is listed in [`Scene::warnings`].
+/// Meshes stand in the pose of the moment that is asked for. What cannot be drawn as the file says is listed
+/// in [`Scene::warnings`].
 ///
 /// # Errors
 /// [`Error::Input`] names the file and its fault.
-pub fn load_with(path: &Path, reading: impl Into<Reading>) -> Result<Scene> {
+pub fn load_with(path: &Path, options: impl Into<LoadOptions>) -> Result<Scene> {
     let fault = |fault| Error::input(path, fault);
-    let mut scene = parse(path, reading.into()).map_err(fault)?;
+    let mut scene = parse(path, &options.into()).map_err(fault)?;
     scene.path = path.to_owned();
     // Says whether there is any extent to look at.
     super::view::bounds(&scene)?;
     Ok(scene)
 }
 
-fn parse(path: &Path, reading: Reading) -> Parsed<Scene> {
+fn parse(path: &Path, options: &LoadOptions) -> Parsed<Scene> {
     let mut warnings = Vec::new();
-    let (json, bin) = match models::read(path, &reading.orientation)? {
+    let (json, bin) = match models::read(path, &options.orientation)? {
         Some(model) => (model.json(), Some(Buffer::Memory(model.bin))),
         None => {
             let (json, bin) = files::open(path)?;
@@ -99,12 +110,15 @@ fn parse(path: &Path, reading: Reading) -> Parsed<Scene> {
     let document = document::parse(&json, &mut warnings)?;
     let used = json.len() as u64 + bin.as_ref().map_or(0, Buffer::len);
     drop(json);
-    let mut resources = Resources::new(path, reading.access, used);
+    let mut resources = Resources::new(path, options.access, used);
     let buffers = buffers(&document, bin, &mut resources)?;
-    let nodes = nodes::place(&document)?;
     let accessors = Accessors::new(&document, &buffers);
+    let bytes = used + buffers.iter().map(Buffer::len).sum::<u64>();
+    let budget = Budget::new(bytes, options.large);
+    let moved = animate::at(&document, &accessors, &options.moment, &mut warnings)?;
+    let nodes = nodes::place(&document, moved)?;
     let scene = Scene { warnings, ..Scene::default() };
-    let mut loader = Loader::new(&document, &accessors, &nodes, scene);
+    let mut loader = Loader::new(&document, &accessors, &nodes, &budget, scene);
     for &node in &nodes.in_scene {
         loader
             .add(node)
@@ -118,8 +132,9 @@ fn parse(path: &Path, reading: Reading) -> Parsed<Scene> {
         resources: &mut resources,
         conversions: &conversions,
     };
-    let textures = texture::load(source, &textures, &mut scene.warnings)?;
+    let textures = texture::load(source, &textures, &budget, &mut scene.warnings)?;
     scene.textures = texture::give(textures, &mut scene.materials);
+    scene.named = resources.named(&document.root);
     scene.files = resources.files;
     Ok(scene)
 }
@@ -166,6 +181,7 @@ struct Loader<'a> {
     document: &'a Document,
     accessors: &'a Accessors<'a>,
     nodes: &'a Nodes,
+    budget: &'a Budget,
     materials: Materials<'a>,
     /// For each variant its meshes, and whether they stand in the world already.
     known: HashMap<Variant, Arc<[(u32, bool)]>>,
@@ -179,12 +195,14 @@ impl<'a> Loader<'a> {
         document: &'a Document,
         accessors: &'a Accessors<'a>,
         nodes: &'a Nodes,
+        budget: &'a Budget,
         scene: Scene,
     ) -> Self {
         Self {
             document,
             accessors,
             nodes,
+            budget,
             materials: Materials::new(document),
             known: HashMap::new(),
             joints: HashMap::new(),
@@ -240,6 +258,7 @@ impl<'a> Loader<'a> {
                 self.scene.place(&name, mesh, world, title)?;
             }
         }
+        self.budget.check_drawn(self.scene.instances.len(), self.scene.polygons())?;
         Ok(())
     }
 
@@ -247,7 +266,8 @@ impl<'a> Loader<'a> {
     fn meshes(&mut self, node: usize, mesh: usize) -> Parsed<Arc<[(u32, bool)]>> {
         let root = &self.document.root;
         let (json, json_mesh) = (&root.nodes[node], &root.meshes[mesh]);
-        let weights = json.weights.as_ref().or(json_mesh.weights.as_ref());
+        let moved = self.nodes.weights.get(&node);
+        let weights = moved.or(json.weights.as_ref()).or(json_mesh.weights.as_ref());
         let morphs = json_mesh.primitives.iter().any(|p| p.targets.is_some());
         let weights = weights.filter(|_| morphs).cloned().unwrap_or_default();
         let bits = weights.iter().map(|weight| weight.to_bits()).collect();
@@ -259,13 +279,8 @@ impl<'a> Loader<'a> {
             Some(name) => format!("mesh {}", quoted(name)),
             None => format!("mesh {mesh}"),
         };
-        if morphs {
-            let text = "has morph targets: drawn with its default weights";
-            warn(&mut self.scene.warnings, format!("{title} {text}"));
-        }
         let mut joints = None;
         if let Some(skin) = json.skin {
-            warn(&mut self.scene.warnings, format!("{title} is skinned: drawn in its bind pose"));
             if !self.joints.contains_key(&skin.value()) {
                 let matrices = pose::joints(root, self.accessors, skin, &self.nodes.world)?;
                 self.joints.insert(skin.value(), matrices);
@@ -289,6 +304,12 @@ impl<'a> Loader<'a> {
         let primitive = &json_mesh.primitives[index];
         if !mesh::has_triangles(primitive)? {
             self.without_triangles += 1;
+            return Ok(None);
+        }
+        if !self.budget.take_mesh(&self.document.root, primitive)? {
+            let title = format!("mesh {mesh}, primitive {index}");
+            let fault = "its positions or indices have no data: left out";
+            warn(&mut self.scene.warnings, format!("{title}: {fault}"));
             return Ok(None);
         }
         self.accessors.decompress(mesh, index, self.document)?;

@@ -1,22 +1,26 @@
 //! The node hierarchy (glTF 2.0, 3.5), walked without recursion.
 
+use super::animate::Moved;
 use super::document::{Document, Place};
 use super::{Parsed, node_label};
 use crate::scene::assemble::affine;
 use glam::{DMat4, DQuat, DVec3};
 use gltf::json::Root;
 use gltf::json::scene::Node;
+use std::collections::HashMap;
 
 /// All nodes in world space.
 pub struct Nodes {
     /// World from each node's space.
     pub world: Vec<DMat4>,
+    /// Morph weights of nodes that an animation moves.
+    pub weights: HashMap<usize, Vec<f32>>,
     /// Nodes of the scene, parents before their children, in the file's order.
     pub in_scene: Vec<usize>,
 }
 
-/// Places the file's nodes and selects those of its default scene: else of its first one, else all.
-pub fn place(document: &Document) -> Parsed<Nodes> {
+/// Places the file's nodes, some of them `moved`, and selects those of its default scene: else of its first one, else all.
+pub fn place(document: &Document, moved: Moved) -> Parsed<Nodes> {
     let root = &document.root;
     let count = root.nodes.len();
     let mut has_parent = vec![false; count];
@@ -36,7 +40,7 @@ pub fn place(document: &Document) -> Parsed<Nodes> {
     let mut world = vec![DMat4::IDENTITY; count];
     let mut placed = vec![false; count];
     for node in walk(root, &roots) {
-        world[node] *= local(&document.places[node])
+        world[node] *= local(moved.places.get(&node).unwrap_or(&document.places[node]))
             .map_err(|fault| format!("{}: {fault}", node_label(root, node)))?;
         if !world[node].as_mat4().is_finite() {
             return Err(format!("{} has no finite place in the world", node_label(root, node)));
@@ -57,7 +61,7 @@ pub fn place(document: &Document) -> Parsed<Nodes> {
         }
         None => walk(root, &roots),
     };
-    Ok(Nodes { world, in_scene })
+    Ok(Nodes { world, weights: moved.weights, in_scene })
 }
 
 fn children(node: &Node) -> impl Iterator<Item = usize> {

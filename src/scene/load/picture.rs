@@ -30,6 +30,11 @@ enum Format {
 }
 
 impl<'a> Picture<'a> {
+    /// The encoded picture.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// Looks at a picture's header.
     pub fn of(bytes: Cow<'a, [u8]>) -> Parsed<Self> {
         let format = format(&bytes)?;

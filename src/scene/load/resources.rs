@@ -5,6 +5,7 @@ use super::{Parsed, quoted};
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
+use gltf::json::Root;
 use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
@@ -61,6 +62,20 @@ impl<'a> Resources<'a> {
         };
         self.left = self.left.saturating_sub(buffer.len());
         Ok(buffer)
+    }
+
+    /// The files that the buffers and images of a file name, wherever they lead.
+    pub fn named(&self, root: &Root) -> Vec<PathBuf> {
+        let buffers = root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+        let images = root.images.iter().filter_map(|image| image.uri.as_deref());
+        let files = buffers.chain(images).filter(|uri| !is_data(uri));
+        files.filter_map(|uri| Some(self.folder.join(file_path(uri).ok()?))).collect()
+    }
+
+    /// Whether a URI names a file of the scene's folder that is not there.
+    pub fn is_missing(&self, uri: &str) -> bool {
+        let named = file_path(uri).ok().filter(|named| !is_data(uri) && !leads_out(named));
+        named.is_some_and(|named| matches!(self.folder.join(named).try_exists(), Ok(false)))
     }
 
     /// Opens the file that a URI names.

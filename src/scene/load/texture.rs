@@ -1,5 +1,6 @@
 //! Images and their mip chains.
 
+use super::budget::{self, Budget};
 use super::extensions::Extensions;
 use super::files::Buffer;
 use super::glossiness::{Conversion, Part};
@@ -65,6 +66,7 @@ pub struct Source<'a, 'r> {
 pub fn load(
     source: Source,
     keys: &[Key],
+    budget: &Budget,
     warnings: &mut Vec<String>,
 ) -> Parsed<Vec<Option<Texture>>> {
     let Source { root, extensions, buffers, resources, conversions } = source;
@@ -74,15 +76,22 @@ pub fn load(
     images.dedup();
     let mut pictures = Vec::with_capacity(images.len());
     let mut pixels = 0;
+    let mut sum = [0; 2];
     let mut unread = READS_OF_BYTES * buffers.iter().map(Buffer::len).sum::<u64>();
     for &image in &images {
         let name = |fault| format!("{}: {fault}", image_label(root, image));
         let bytes = encoded(root, buffers, resources, image, &mut unread).map_err(name)?;
         let picture = Picture::of(bytes);
         if let Ok(picture) = &picture {
-            let [width, height] = picture.size().map_err(name)?.map(u64::from);
+            let [width, height] = picture.size().map_err(name)?;
             let uses = used().filter(|&other| other == image).count() as u64;
-            pixels += width * height * (uses + 1);
+            let texels = u64::from(width) * u64::from(height);
+            budget::check_claim(&image_label(root, image), picture.bytes(), [width, height])?;
+            sum = [sum[0] + texels, sum[1] + picture.bytes().len() as u64];
+            budget.check_texels(sum[0], sum[1])?;
+            // As decoded, as bytes of RGBA, and with the mip levels of each use.
+            budget.take(4 * texels * (uses + 2))?;
+            pixels += texels * (uses + 1);
         }
         if pixels > MAX_PIXELS {
             return Err(format!("the images have more than {MAX_PIXELS} pixels together"));

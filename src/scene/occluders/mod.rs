@@ -1,5 +1,6 @@
 //! What blocks light: all triangles of a scene, in a bounding volume hierarchy.
 
+mod halves;
 mod opacity;
 mod packet;
 mod tree;
