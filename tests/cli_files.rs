@@ -138,3 +138,15 @@ fn inspect_says_what_is_there_what_is_drawn_and_what_is_not() {
     std::fs::write(place.path("a.gltf"), "{").unwrap();
     place.klieg(&["inspect", "a.gltf"]).assert().code(2);
 }
+
+#[test]
+fn inspect_tells_of_files_that_are_no_gltf() {
+    let place = Folder::new();
+    let obj = "o plate\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 1\nf 1 2 3 4\n";
+    std::fs::write(place.path("plate.obj"), obj).unwrap();
+    let output = place.klieg(&["inspect", "plate.obj", "--json"]).assert().success();
+    let told: serde_json::Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
+    assert_eq!(told["contents"]["container"], "OBJ");
+    assert_eq!(told["contents"]["bytes"], obj.len());
+    assert_eq!(told["drawn"]["triangles"], 2);
+}

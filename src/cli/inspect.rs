@@ -19,7 +19,7 @@ use std::path::PathBuf;
 /// cannot use the file, what can be done about that.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// glTF scene: a .gltf or .glb file
+    /// The scene: a .gltf, .glb, .ply, .stl or .obj file
     scene: PathBuf,
     #[command(flatten)]
     look: LookOptions,

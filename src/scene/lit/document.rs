@@ -35,7 +35,7 @@ impl Document {
     pub fn read(source: &Path, orientation: &Orientation) -> Result<Self> {
         let fault = |fault: String| Error::input(source, fault);
         if let Some(model) = models::read(source, orientation).map_err(fault)? {
-            let models::Model { root, bin } = model;
+            let models::Model { root, bin, .. } = model;
             let root = root.as_object().cloned().unwrap_or_default();
             return Ok(Self { root, binary: Some(bin), source: source.to_owned() });
         }

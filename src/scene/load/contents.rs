@@ -1,7 +1,8 @@
-//! What a glTF file holds, used or not, without reading more than its JSON.
+//! What a file holds, used or not; of glTF nothing but its JSON is read.
 
-use super::files::{self, FilePart};
+use super::files::{self, FilePart, MAX_BYTES};
 use super::label;
+use super::models::{self, Orientation};
 use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
@@ -11,9 +12,9 @@ use std::path::Path;
 /// The parts of a file, as its JSON tells them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Contents {
-    /// `glTF` or `GLB`.
+    /// `glTF`, `GLB`, `PLY`, `STL` or `OBJ`; what the last three amount to in glTF is told here.
     pub container: &'static str,
-    /// Bytes of the JSON and of a GLB's binary chunk.
+    /// Bytes of the JSON and of a GLB's binary chunk, and of other files as a whole.
     pub bytes: u64,
     /// Version of glTF.
     pub version: String,
@@ -45,9 +46,13 @@ impl Contents {
     /// Those of the file at `path`.
     ///
     /// # Errors
-    /// [`Error::Input`] for a file that cannot be read, or is not glTF.
+    /// [`Error::Input`] for a file that cannot be read, or is in none of these formats.
     pub fn read(path: &Path) -> Result<Self> {
         let fault = |fault: String| Error::input(path, fault);
+        if let Some(model) = models::read(path, &Orientation::default()).map_err(fault)? {
+            let bytes = FilePart::open(path, MAX_BYTES).map_err(fault)?.len();
+            return Ok(Self { bytes, container: model.format, ..Self::of(&model.root) });
+        }
         let (json, bin) = files::open(path).map_err(fault)?;
         let root: Value = serde_json::from_slice(&json)
             .map_err(|error| fault(format!("is not valid JSON: {error}")))?;

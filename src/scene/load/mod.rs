@@ -306,7 +306,8 @@ impl<'a> Loader<'a> {
             self.without_triangles += 1;
             return Ok(None);
         }
-        if !self.budget.take_mesh(&self.document.root, primitive)? {
+        let compressed = self.document.extensions.draco.contains_key(&(mesh, index));
+        if !self.budget.take_mesh(&self.document.root, primitive, compressed)? {
             let title = format!("mesh {mesh}, primitive {index}");
             let fault = "its positions or indices have no data: left out";
             warn(&mut self.scene.warnings, format!("{title}: {fault}"));

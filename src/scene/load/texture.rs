@@ -81,12 +81,11 @@ pub fn load(
     for &image in &images {
         let name = |fault| format!("{}: {fault}", image_label(root, image));
         let bytes = encoded(root, buffers, resources, image, &mut unread).map_err(name)?;
-        let picture = Picture::of(bytes);
+        let picture = Picture::of(bytes).and_then(budget::check_claim);
         if let Ok(picture) = &picture {
             let [width, height] = picture.size().map_err(name)?;
             let uses = used().filter(|&other| other == image).count() as u64;
             let texels = u64::from(width) * u64::from(height);
-            budget::check_claim(&image_label(root, image), picture.bytes(), [width, height])?;
             sum = [sum[0] + texels, sum[1] + picture.bytes().len() as u64];
             budget.check_texels(sum[0], sum[1])?;
             // As decoded, as bytes of RGBA, and with the mip levels of each use.

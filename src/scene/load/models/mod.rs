@@ -60,6 +60,8 @@ struct Part {
 
 /// A glTF file that is in memory.
 pub struct Model {
+    /// The name of the format that it was read from.
+    pub format: &'static str,
     /// The root object.
     pub root: Value,
     /// The binary chunk.
@@ -144,7 +146,12 @@ fn model(parts: Vec<Part>, format: Format, orientation: &Orientation) -> Parsed<
     }
     root["nodes"][0]["children"] = json!(children);
     root["buffers"] = json!([{"byteLength": bin.len()}]);
-    Ok(Model { root, bin })
+    let format = match format {
+        Format::Ply => "PLY",
+        Format::Stl => "STL",
+        Format::Obj => "OBJ",
+    };
+    Ok(Model { format, root, bin })
 }
 
 /// The node that turns and scales a file's space into glTF's.
