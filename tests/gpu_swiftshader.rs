@@ -10,19 +10,28 @@ use klieg::objective::shadows::ShadowSettings;
 use klieg::scene::Wrap;
 use klieg_support::figures::{perspective, shadowed, textured};
 use klieg_support::gpu::{assert_valid, population, rigs, with_tuning};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
 /// What tells Vulkan's loader which drivers there are.
 const DRIVERS: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
 
-/// SwiftShader's description, beside the browser's library.
+/// SwiftShader's description, beside the browser's program.
 fn swiftshader() -> PathBuf {
-    let folders = ["/usr/lib/chromium", "/usr/lib64/chromium-browser", "/opt/google/chrome"];
-    let found = folders.map(|folder| PathBuf::from(folder).join("vk_swiftshader_icd.json"));
-    let message = format!("no SwiftShader in {}: install Chromium", folders.join(", "));
-    found.into_iter().find(|path| path.is_file()).expect(&message)
+    let usual = [
+        "/usr/lib/chromium",
+        "/usr/lib64/chromium",
+        "/usr/lib64/chromium-browser",
+        "/opt/google/chrome",
+    ];
+    let named = std::env::var_os("CHROMIUM").and_then(|program| {
+        PathBuf::from(program).canonicalize().ok()?.parent().map(Path::to_owned)
+    });
+    let folders: Vec<_> = named.into_iter().chain(usual.map(PathBuf::from)).collect();
+    let mut found = folders.iter().map(|folder| folder.join("vk_swiftshader_icd.json"));
+    let message = format!("no SwiftShader in {folders:?}: install Chromium, or set CHROMIUM");
+    found.find(|path| path.is_file()).expect(&message)
 }
 
 /// Runs the test of that name again, with SwiftShader as the only driver; whether this is that run.
