@@ -120,7 +120,8 @@ fn a_search_may_begin_on_small_pictures_and_tells_the_score_of_the_whole_one() {
 #[test]
 fn a_time_limit_ends_a_search_with_its_best() {
     let place = Folder::new();
-    let endless = ["--size", "16x16", "--generations", "100000000", "--time-limit", "0.5"];
+    let size = ["--size", "16x16", "--optimizer", "ga"];
+    let endless = [&size[..], &["--generations", "100000000", "--time-limit", "0.5"]].concat();
     let design = [&["design", "ball.gltf", "--out", "out"][..], &endless].concat();
     let output = place.klieg(&design).assert().success().get_output().clone();
     assert!(String::from_utf8(output.stderr).unwrap().contains("stopped after"));
