@@ -28,9 +28,7 @@ use std::time::{Duration, Instant};
 /// use klieg::design::{Designer, profile};
 /// use klieg::objective::shadows::ShadowSettings;
 /// use klieg::scene::build::{MeshData, SceneBuilder};
-/// use klieg::scene::occluders::Occluders;
 /// use klieg::scene::view::{Camera, Projection, View};
-/// use std::sync::Arc;
 ///
 /// // A tetrahedron, as an engine might hold it.
 /// let positions = [[1., 1., 1.], [-1., -1., 1.], [-1., 1., -1.], [1., -1., -1.]];
@@ -49,10 +47,8 @@ use std::time::{Duration, Instant};
 /// let view = View::new(&scene, camera, 64, 64)?;
 /// let natural = profile::DEFAULT;
 /// let (objective, shading) = ((natural.objective)(), (natural.shading)());
-/// let mut maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
-/// let occluders = Arc::new(Occluders::new(&scene, &view)?);
-/// maps.shadows =
-///     Some(cpu::shadows::table(&maps.surface, occluders, &ShadowSettings::default()));
+/// let shadows = ShadowSettings { on: true, ..ShadowSettings::default() };
+/// let maps = cpu::draw(&scene, &view, &objective, (&shadows, None))?;
 /// let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading)?;
 ///
 /// let search = natural.optimizer.name;

@@ -126,7 +126,7 @@ impl GpuEvaluator {
         context.check_present()?;
         if !context.needs().scene {
             let maps = cpu::draw(scene, view, &objective, (shadows, None))?;
-            return Self::with_maps(context, &maps, view, objective, shading);
+            return Self::of_maps(context, maps, view, (objective, shading));
         }
         let (lights, settings) = (context.lights(), (&objective, &shading));
         let (memory, drawn, drawable) =
@@ -154,12 +154,21 @@ impl GpuEvaluator {
         shading: Shading,
     ) -> Result<Self> {
         context.check_present()?;
+        Self::of_maps(context, maps.clone(), view, (objective, shading))
+    }
+
+    fn of_maps(
+        context: &Arc<Context>,
+        maps: Maps,
+        view: &View,
+        (objective, shading): (Objective, Shading),
+    ) -> Result<Self> {
         let lights = context.lights();
-        let memory = ViewMemory::with_maps(context, maps, view, &objective, &shading, lights)?;
+        let memory = ViewMemory::with_maps(context, &maps, view, &objective, &shading, lights)?;
         let objects = maps.counts.object();
         let measure = measure(context, &memory, objects, Views::Known)?;
         let source = Source { view: view.clone(), shading, scene: None };
-        let maps = (None, Some(maps.clone()));
+        let maps = (None, Some(maps));
         Ok(Self { source: Some(source), ..Self::of(context, memory, objects, measure, maps)? })
     }
 

@@ -15,6 +15,13 @@ impl Best {
         better
     }
 
+    /// The same with chromosomes and their scores, one after another; says whether any is better than all before
+    /// these.
+    pub fn offer_all(&mut self, chromosomes: &[Vec<f32>], scores: &[f32]) -> bool {
+        let each = chromosomes.iter().zip(scores);
+        each.fold(false, |better, (chromosome, &score)| self.offer(chromosome, score) | better)
+    }
+
     /// The best and its score; `None` before the first.
     pub fn get(&self) -> Option<(&[f32], f32)> {
         self.0.as_ref().map(|(chromosome, score)| (chromosome.as_slice(), *score))

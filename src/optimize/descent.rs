@@ -266,9 +266,7 @@ impl Optimizer for Descent {
 
     fn tell(&mut self, scores: &[f32]) {
         let asked = std::mem::take(&mut self.asked);
-        for (chromosome, &score) in asked.iter().zip(scores) {
-            self.best.offer(chromosome, score);
-        }
+        self.best.offer_all(&asked, scores);
         let alleles = self.bounds.len();
         let mut from = 0;
         for walker in &mut self.walkers {

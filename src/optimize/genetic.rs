@@ -218,10 +218,7 @@ impl Optimizer for Genetic {
     }
 
     fn tell(&mut self, scores: &[f32]) {
-        let mut improved = false;
-        for (individual, &score) in self.asked.iter().zip(scores) {
-            improved |= self.best.offer(individual, score);
-        }
+        let improved = self.best.offer_all(&self.asked, scores);
         let elites = self.settings.elites().min(self.population.len());
         let kept = self.population.drain(..elites).zip(self.scores.drain(..elites));
         let mut all: Vec<_> =

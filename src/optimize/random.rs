@@ -62,9 +62,7 @@ impl Optimizer for Random {
 
     fn tell(&mut self, scores: &[f32]) {
         self.scores = scores.to_vec();
-        for (chromosome, &score) in self.asked.iter().zip(scores) {
-            self.best.offer(chromosome, score);
-        }
+        self.best.offer_all(&self.asked, scores);
         self.generation += 1;
         self.draw();
     }

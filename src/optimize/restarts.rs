@@ -67,9 +67,7 @@ impl Optimizer for Restarts {
     }
 
     fn tell(&mut self, scores: &[f32]) {
-        for (chromosome, &score) in self.descent.ask().iter().zip(scores) {
-            self.best.offer(chromosome, score);
-        }
+        self.best.offer_all(self.descent.ask(), scores);
         self.evaluations += scores.len();
         self.descent.tell(scores);
         if self.descent.ask().is_empty() {

@@ -294,10 +294,7 @@ impl Optimizer for Shade {
     }
 
     fn tell(&mut self, scores: &[f32]) {
-        let mut improved = false;
-        for (individual, &score) in self.asked.iter().zip(scores) {
-            improved |= self.best.offer(individual, score);
-        }
+        let improved = self.best.offer_all(&self.asked, scores);
         // What is not a number is worse than all else.
         let number = |&score: &f32| if score.is_nan() { f32::INFINITY } else { score };
         let scores: Vec<f32> = scores.iter().map(number).collect();

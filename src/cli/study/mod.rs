@@ -70,6 +70,30 @@ struct Common {
     seed: Option<u64>,
 }
 
+/// How many searches studies make, and how long they are.
+#[derive(Debug, Args)]
+struct RunOptions {
+    /// Runs of each search, each with a seed of its own, 1 to 1000
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    runs: usize,
+    /// Individuals of a generation, 2 or more [default: the profile's; natural: 20, paper: 30]
+    #[arg(long, value_name = "N")]
+    population: Option<usize>,
+    /// Generations of the genetic algorithm, whose evaluations are the budget of every search
+    /// [default: 100]
+    #[arg(long, value_name = "N")]
+    generations: Option<usize>,
+}
+
+impl RunOptions {
+    /// Puts these options in the place of `settings`.
+    fn apply(&self, settings: &mut Settings) {
+        let search = &mut settings.search;
+        search.population = self.population.unwrap_or(search.population);
+        search.generations = self.generations.unwrap_or(search.generations);
+    }
+}
+
 impl Common {
     fn settings(&self) -> crate::Result<Settings> {
         let mut settings = self.scene.settings(&profile::PAPER)?;

@@ -1,5 +1,6 @@
 //! Optimisers over many scenes, against the lowest `F` that is known.
 
+use super::RunOptions;
 use crate::cli::config::Settings;
 use crate::cli::optimizer::OptimizerName;
 use crate::cli::options::{LookOptions, TargetOptions};
@@ -45,16 +46,8 @@ pub(super) struct Options {
     #[arg(long = "optimizers", value_name = "NAMES", value_delimiter = ',', value_parser = OptimizerName::parser(),
         default_value = "ga,shade")]
     optimizers: Vec<OptimizerName>,
-    /// Runs of each optimizer, each with a seed of its own, 1 to 1000
-    #[arg(long, value_name = "N", default_value_t = 10)]
-    runs: usize,
-    /// Individuals of a generation, 2 or more [default: the profile's; natural: 20, paper: 30]
-    #[arg(long, value_name = "N")]
-    population: Option<usize>,
-    /// Generations of the genetic algorithm, whose evaluations are the budget of every search
-    /// [default: 100]
-    #[arg(long, value_name = "N")]
-    generations: Option<usize>,
+    #[command(flatten)]
+    length: RunOptions,
     /// Longer runs, 0 to 1000
     #[arg(long, value_name = "N", default_value_t = 2)]
     long_runs: usize,
@@ -86,11 +79,9 @@ impl Options {
     fn settings(&self) -> crate::Result<Settings> {
         let mut settings = self.look.settings(&profile::PAPER)?;
         self.target.apply(&mut settings);
-        let search = &mut settings.search;
-        search.population = self.population.unwrap_or(search.population);
-        search.generations = self.generations.unwrap_or(search.generations);
+        self.length.apply(&mut settings);
         settings.seed = self.seed.unwrap_or(settings.seed);
-        seeds(settings.seed, self.runs)?;
+        seeds(settings.seed, self.length.runs)?;
         seeds(settings.seed, self.long_runs.max(1))?;
         settings.check()?;
         Ok(settings)
@@ -119,7 +110,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
         let mut session = Session::open(scene, settings.clone())?;
         for genome in &genomes {
             watch.stage(format!("{}, {} lights", scene.display(), genome.lights()));
-            let (runs, made) = ((settings.seed, options.runs), &mut |made| watch.made(made));
+            let (runs, made) = ((settings.seed, options.length.runs), &mut |made| watch.made(made));
             let subject = &mut session.subject();
             cases.push(crate::study::gaps::case(
                 subject, genome, &searches, runs, &names, long, made,

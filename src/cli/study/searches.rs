@@ -1,7 +1,7 @@
 //! Studies of searches: their courses, their results in pairs, their settings, and the quality
 //! function's numbers.
 
-use super::Common;
+use super::{Common, RunOptions};
 use crate::cli::config::Settings;
 use crate::cli::optimizer::OptimizerName;
 use crate::cli::print;
@@ -25,16 +25,8 @@ struct SearchOptions {
     /// The lights: roles such as key,fill,rim, or a number from 1 to 16 [default: key,fill]
     #[arg(long, value_name = "ROLES|NUMBER")]
     lights: Option<Lights>,
-    /// Runs of each search, each with a seed of its own, 1 to 1000
-    #[arg(long, value_name = "N", default_value_t = 10)]
-    runs: usize,
-    /// Individuals of a generation, 2 or more [default: the profile's; natural: 20, paper: 30]
-    #[arg(long, value_name = "N")]
-    population: Option<usize>,
-    /// Generations of the genetic algorithm, whose evaluations are the budget of every search
-    /// [default: 100]
-    #[arg(long, value_name = "N")]
-    generations: Option<usize>,
+    #[command(flatten)]
+    length: RunOptions,
 }
 
 /// How searches converge
@@ -96,15 +88,13 @@ impl SearchOptions {
         if let Some(lights) = &self.lights {
             settings.lights.roles = lights.clone();
         }
-        let search = &mut settings.search;
-        search.population = self.population.unwrap_or(search.population);
-        search.generations = self.generations.unwrap_or(search.generations);
-        crate::study::seeds(settings.seed, self.runs)?;
+        self.length.apply(&mut settings);
+        crate::study::seeds(settings.seed, self.length.runs)?;
         let lights = &settings.lights;
         let genome = Genome::new(&lights.roles.0, lights.kind, &lights.boxes)?;
         let (seed, searches) = (settings.seed, settings.optimizers());
         let (session, staging) = self.common.open(settings)?;
-        Ok(Study { session, staging, genome, settings: searches, runs: (seed, self.runs) })
+        Ok(Study { session, staging, genome, settings: searches, runs: (seed, self.length.runs) })
     }
 
     fn watch(&self, searches: usize, settings: &optimize::Settings) -> Result<Watch> {
@@ -113,7 +103,7 @@ impl SearchOptions {
     }
 
     fn contest(&self, study: &mut Study, optimizers: &[&str]) -> Result<Contest> {
-        let watch = self.watch(optimizers.len() * self.runs, &study.settings)?;
+        let watch = self.watch(optimizers.len() * self.length.runs, &study.settings)?;
         watch.stage("searches");
         let subject = &mut study.session.subject();
         let made = &mut |evaluations| watch.made(evaluations);
@@ -169,7 +159,7 @@ pub(super) fn compare(options: &CompareOptions) -> Result<()> {
 pub(super) fn sweep(options: &SweepOptions) -> Result<()> {
     let search = &options.search;
     let mut study = search.open()?;
-    let searches = sweeps::searches(&study.settings.genetic, search.runs);
+    let searches = sweeps::searches(&study.settings.genetic, search.length.runs);
     let watch = search.watch(searches, &study.settings)?;
     watch.stage("searches");
     let subject = &mut study.session.subject();
@@ -201,7 +191,7 @@ pub(super) fn ablation(options: &AblationOptions) -> Result<()> {
     let mut study = search.open()?;
     let base = study.session.settings.objective;
     let variants = ablations::variants(&base).len();
-    let watch = search.watch(variants * search.runs, &study.settings)?;
+    let watch = search.watch(variants * search.length.runs, &study.settings)?;
     watch.stage("searches");
     let made = &mut |evaluations| watch.made(evaluations);
     let settings = study.session.settings.clone();

@@ -3,17 +3,6 @@ use crate::optimize::{GeneticSettings, Settings, create};
 use proptest::prelude::*;
 use rand::SeedableRng;
 
-const ENDLESS: GeneticSettings = GeneticSettings {
-    population: 30,
-    generations: usize::MAX,
-    elitism: 0.1,
-    crossover: 0.8,
-    mutation: 0.2,
-    mutation_step: 0.2,
-    tournament: 2,
-    patience: 0,
-};
-
 fn search(
     bounds: &[Range],
     genetic: GeneticSettings,
@@ -81,7 +70,8 @@ fn standard_functions_take_as_many_evaluations_as_the_reference() {
     for (number, (function, expected, successes)) in functions.into_iter().enumerate() {
         let run = |seed| {
             let shade = ShadeSettings { settled: -1.0, ..Default::default() };
-            let mut search = search(&[Range::new(-5.0, 5.0); D], ENDLESS, shade, seed);
+            let mut search =
+                search(&[Range::new(-5.0, 5.0); D], GeneticSettings::endless(), shade, seed);
             let mut evaluations = 0;
             while search.best().is_none_or(|(_, score)| score >= 1e-6) && evaluations < 60_000 {
                 evaluations += search.ask().len();
@@ -121,7 +111,7 @@ proptest! {
         let bounds: Vec<Range> =
             bounds.iter().map(|&(low, width)| Range::new(low, low + width)).collect();
         let height = |x: &[f32]| x.iter().map(|x| (x - 0.3).powi(2) - (20.0 * x).cos()).sum::<f32>();
-        let genetic = GeneticSettings { population, generations: 20, ..ENDLESS };
+        let genetic = GeneticSettings { population, generations: 20, ..GeneticSettings::endless() };
         let mut search = search(&bounds, genetic, shade, seed);
         let mut generations = 0;
         let mut populations = 0;
@@ -152,7 +142,7 @@ fn corner(x: &[f32]) -> f32 {
 #[test]
 fn it_reaches_the_corners_of_the_box() {
     let shade = ShadeSettings { settled: 1e-3, ..Default::default() };
-    let mut search = search(&[Range::new(-1.0, 1.0); 6], ENDLESS, shade, 1);
+    let mut search = search(&[Range::new(-1.0, 1.0); 6], GeneticSettings::endless(), shade, 1);
     while !search.ask().is_empty() {
         step(&mut *search, corner);
     }
@@ -164,7 +154,7 @@ fn it_reaches_the_corners_of_the_box() {
 #[test]
 fn the_same_seed_goes_the_same_way() {
     let run = |seed| {
-        let genetic = GeneticSettings { generations: 40, ..ENDLESS };
+        let genetic = GeneticSettings { generations: 40, ..GeneticSettings::endless() };
         let mut search = search(&[Range::new(-5.0, 5.0); D], genetic, Default::default(), seed);
         while !search.ask().is_empty() {
             step(&mut *search, rastrigin);
@@ -185,7 +175,7 @@ fn valleys(x: &[f32]) -> f32 {
 fn a_population_that_has_settled_ends_or_another_begins() {
     let starts = |starts| {
         let shade = ShadeSettings { starts, ..Default::default() };
-        let mut search = search(&[Range::new(-1.0, 1.0); 3], ENDLESS, shade, 0);
+        let mut search = search(&[Range::new(-1.0, 1.0); 3], GeneticSettings::endless(), shade, 0);
         let mut generations = 0;
         while !search.ask().is_empty() {
             step(&mut *search, valleys);
@@ -203,7 +193,7 @@ fn a_population_that_has_settled_ends_or_another_begins() {
 
 #[test]
 fn patience_ends_a_search_that_stands_still() {
-    let genetic = GeneticSettings { patience: 5, ..ENDLESS };
+    let genetic = GeneticSettings { patience: 5, ..GeneticSettings::endless() };
     let mut search = search(&[Range::new(0.0, 1.0); 2], genetic, Default::default(), 0);
     let mut generations = 0;
     // The lowest score is the first of all, and none ever draws level with it.
@@ -220,7 +210,7 @@ fn patience_ends_a_search_that_stands_still() {
 fn a_search_that_has_settled_finds_the_lowest_place_of_another_landscape() {
     let bounds = [Range::new(-1.0, 1.0); 4];
     let bowl = |at: f32| move |x: &[f32]| 0.1 + x.iter().map(|x| (x - at).powi(2)).sum::<f32>();
-    let mut search = search(&bounds, ENDLESS, Default::default(), 2);
+    let mut search = search(&bounds, GeneticSettings::endless(), Default::default(), 2);
     for place in [0.8, -0.8, 0.1] {
         let mut generations = 0;
         while !search.ask().is_empty() {
@@ -238,7 +228,8 @@ fn a_search_that_has_settled_finds_the_lowest_place_of_another_landscape() {
 /// As it is where an engine's camera never rests: a generation, and all scores are void.
 #[test]
 fn it_descends_even_where_every_generation_is_the_last() {
-    let mut search = search(&[Range::new(-5.0, 5.0); 4], ENDLESS, Default::default(), 0);
+    let mut search =
+        search(&[Range::new(-5.0, 5.0); 4], GeneticSettings::endless(), Default::default(), 0);
     let height = |x: &[f32]| x.iter().map(|x| x * x).sum::<f32>();
     let mut bests = Vec::new();
     for _ in 0..120 {
