@@ -2,7 +2,7 @@
 //! beam of all of them, and a triangle is tested against all rays at once. What does not depend on the
 //! direction is found out once for a tile.
 
-use super::{Direction, TILE};
+use super::{Direction, TILE, rays};
 use crate::constants::OPAQUE;
 use crate::objective::maps::Surface;
 use crate::scene::occluders::{Node, Occluders, Plane, Triangle, WIDER, inverse, leave};
@@ -12,6 +12,9 @@ use std::ops::Range;
 
 /// Rays of a tile, at most.
 pub const LANES: usize = (TILE[0] * TILE[1]) as usize;
+
+/// Triangles at a tile beyond which a packet of rays from each pixel is faster than beams of all pixels.
+const DENSE: usize = 80;
 
 /// Boxes that are tested side by side.
 const BOXES: usize = 16;
@@ -50,11 +53,13 @@ impl Tile {
         tile
     }
 
-    fn origin(&self, lane: usize) -> Vec3 {
+    /// Where a lane's ray starts.
+    pub fn origin(&self, lane: usize) -> Vec3 {
         Vec3::from(self.origin.each_ref().map(|numbers| numbers[lane]))
     }
 
-    fn face(&self, lane: usize) -> Vec3 {
+    /// The unit normal of a lane's polygon, turned to the viewer.
+    pub fn face(&self, lane: usize) -> Vec3 {
         Vec3::from(self.face.each_ref().map(|numbers| numbers[lane]))
     }
 
@@ -124,16 +129,20 @@ impl Surroundings {
     }
 }
 
-/// [`LANES`] numbers for each word of a pixel, of which lane `k`'s is the word of pixel `k`.
+/// [`LANES`] numbers for each word of a pixel, of which lane `k`'s is the word of pixel `k`. No part of the
+/// directions has more than a packet of rays.
 pub fn trace(
     tile: &Tile,
     occluders: &Occluders,
-    directions: &[Direction],
+    directions: &[Vec<Direction>],
     words: usize,
 ) -> Vec<u32> {
     let surroundings = Surroundings::new(tile, occluders);
+    if surroundings.near.len() > DENSE {
+        return rays::trace(tile, occluders, directions, words);
+    }
     let mut bits = vec![0; words * LANES];
-    for direction in directions {
+    for direction in directions.iter().flatten() {
         let mut free = [0; LANES];
         trace_direction(tile, &surroundings, occluders, direction.towards, &mut free);
         let word = &mut bits[direction.word * LANES..][..LANES];

@@ -2,15 +2,17 @@
 //! `shaders/shadows.comp`.
 //!
 //! [`reference`] walks once for each pixel and direction. [`table`] makes the same bits faster: rays of one
-//! direction are parallel, so that a tile of pixels walks the tree together (`beam.rs`).
+//! direction are parallel, so that a tile of pixels walks the tree together (`beam.rs`), or where triangles are
+//! smaller than pixels, all rays of a pixel in neighbouring directions (`rays.rs`).
 
 mod beam;
+mod rays;
 
 use crate::objective::maps::Surface;
 use crate::objective::shadows::{
     BLOCK, ShadowSettings, Shadows, direction, row_words, solid_angle, words,
 };
-use crate::scene::occluders::{Occluders, leave};
+use crate::scene::occluders::{Occluders, RAYS, leave};
 use beam::Tile;
 use glam::Vec3;
 use multiversion::multiversion;
@@ -29,7 +31,7 @@ pub fn table(surface: &Surface, occluders: Arc<Occluders>, settings: &ShadowSett
     let object = surface.code.iter().map(|&code| code != 0);
     let side = settings.fitting_side(object.clone().filter(|object| *object).count() as u64);
     let mut shadows = Shadows::new(side, object, occluders);
-    let directions = directions(side);
+    let directions = squares(side);
     let tiles = tiles(surface);
     for tiles in tiles.chunks(BATCH) {
         let made: Vec<_> = tiles
@@ -78,13 +80,32 @@ struct Direction {
 }
 
 fn directions(side: u32) -> Vec<Direction> {
-    let rows = (0..side).flat_map(|y| (0..side).map(move |x| [x, y]));
-    let of = |[x, y]: [u32; 2]| Direction {
+    grid(side).map(|at| numbered(side, at)).collect()
+}
+
+/// The same in squares of the map: no more together than a packet has rays.
+fn squares(side: u32) -> Vec<Vec<Direction>> {
+    let edge = RAYS.isqrt() as u32;
+    let corners = grid(side.div_ceil(edge)).map(|corner| corner.map(|c| c * edge));
+    let square = |[left, top]: [u32; 2]| {
+        let inside = grid(edge).map(|[x, y]| [left + x, top + y]);
+        let inside = inside.filter(|at| at.iter().all(|&c| c < side));
+        inside.map(|at| numbered(side, at)).collect()
+    };
+    corners.map(square).collect()
+}
+
+/// Columns and rows of a square, row by row.
+fn grid(side: u32) -> impl Iterator<Item = [u32; 2]> {
+    (0..side).flat_map(move |y| (0..side).map(move |x| [x, y]))
+}
+
+fn numbered(side: u32, [x, y]: [u32; 2]) -> Direction {
+    Direction {
         towards: direction(side, [x, y]),
         word: y as usize * row_words(side) + (x / 32) as usize,
         bit: x % 32,
-    };
-    rows.map(of).collect()
+    }
 }
 
 /// The object pixels, tile by tile.
@@ -123,9 +144,9 @@ fn finish(surface: &Surface, mut shadows: Shadows) -> Shadows {
 
 /// Directions of the map with their shares of the sphere.
 fn weighted_directions(side: u32) -> Vec<Direction> {
-    let rows = (0..side).flat_map(|y| (0..side).map(move |x| solid_angle(side, [x, y])));
+    let shares = grid(side).map(|at| solid_angle(side, at));
     let weigh = |(d, share): (Direction, f32)| Direction { towards: d.towards * share, ..d };
-    directions(side).into_iter().zip(rows).map(weigh).collect()
+    directions(side).into_iter().zip(shares).map(weigh).collect()
 }
 
 /// Ambient occlusion: the cosine-weighted share of the directions above surfaces of the unit normals
@@ -228,6 +249,47 @@ mod tests {
         assert!(
             table(&surface, Arc::new(fewer), &settings(31)) != reference(&surface, occluders, 31)
         );
+    }
+
+    /// A sheet with hills, of many more triangles than pixels.
+    fn hills() -> Scene {
+        let side = 160;
+        let place = |at: u32| 2.0 * at as f32 / (side - 1) as f32 - 1.0;
+        let height = |x: f32, y: f32| 0.2 * (9.0 * x).sin() * (7.0 * y).cos();
+        let positions: Vec<_> =
+            grid(side).map(|at| at.map(place)).map(|[x, y]| [x, height(x, y), y]).collect();
+        let quad = |[x, y]: [u32; 2]| {
+            let at = y * side + x;
+            [at, at + side, at + 1, at + 1, at + side, at + side + 1]
+        };
+        let indices: Vec<u32> = grid(side - 1).flat_map(quad).collect();
+        let mut builder = SceneBuilder::default();
+        let mesh =
+            MeshData { positions: &positions, indices: Some(&indices), ..MeshData::default() };
+        let mesh = builder.add_mesh(&mesh).unwrap();
+        at(&mut builder, mesh, [0.0; 3]);
+        builder.finish("hills").unwrap()
+    }
+
+    #[test]
+    fn rays_of_a_pixel_find_what_single_rays_find() {
+        let (_, surface, occluders) = seen(&hills(), 61);
+        for side in [7, 31, 35] {
+            let squares = squares(side);
+            let plain = reference(&surface, occluders.clone(), side);
+            let fast = table(&surface, occluders.clone(), &settings(side));
+            assert!(fast == plain, "side {side}");
+            for pixels in tiles(&surface) {
+                let tile = Tile::new(&surface, &pixels);
+                let bits = rays::trace(&tile, &occluders, &squares, words(side));
+                for (lane, &at) in pixels.iter().enumerate() {
+                    let number = plain.number(at as usize).unwrap();
+                    let of_lane = bits.chunks_exact(beam::LANES).map(|word| word[lane]);
+                    assert!(of_lane.eq((0..words(side)).map(|word| plain.word(number, word))));
+                }
+            }
+            assert!(plain.openness().iter().any(|&open| open < 0.9), "hills shadow valleys");
+        }
     }
 
     /// A point of the world and the pixel that shows the nearest of the surface to it.
