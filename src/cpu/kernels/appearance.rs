@@ -1,7 +1,7 @@
 //! Sums over what the lights do: the irradiance, burnt-out and unlit pixels, a target picture; and over the
 //! detail that is seen.
 
-use super::super::compact::{LANES, Run, Shaped, Taps};
+use super::super::compact::{LANES, Lanes, Run, Shaped, Taps};
 use super::super::fast_math::reciprocal_sqrt;
 use super::statistics::{row_squares, square};
 use crate::math::color::srgb_encode;
@@ -37,24 +37,58 @@ pub(super) fn appearance_in_lanes(irradiance: &mut [f32], normals: [&[f32]; 2]) 
     for ((block, xs), ys) in
         irradiance.chunks_mut(BLOCK).zip(xs.chunks(BLOCK)).zip(ys.chunks(BLOCK))
     {
-        let (mut burnt, mut unlit) = ([0u32; LANES], [0u32; LANES]);
-        let mut covariance = [[0.0f32; LANES]; 2];
-        for (at, ((e, &x), &y)) in block.iter_mut().zip(xs).zip(ys).enumerate() {
-            let k = at % LANES;
-            let white = *e < 0.0;
-            *e = if white { -1.0 - *e } else { *e };
-            burnt[k] += u32::from(white);
-            unlit[k] += u32::from(*e < least);
-            covariance[0][k] = e.mul_add(x, covariance[0][k]);
-            covariance[1][k] = e.mul_add(y, covariance[1][k]);
+        let mut lanes = AppearanceLanes::default();
+        let mut groups = block.chunks_exact_mut(LANES);
+        let (mut xs, mut ys) = (xs.chunks_exact(LANES), ys.chunks_exact(LANES));
+        for ((e, x), y) in (&mut groups).zip(&mut xs).zip(&mut ys) {
+            lanes.add(e, [x, y], least);
         }
-        sums.burnt += burnt.iter().sum::<u32>();
-        sums.unlit += unlit.iter().sum::<u32>();
-        for (sum, lanes) in sums.covariance.iter_mut().zip(covariance) {
-            *sum += total(&lanes);
+        lanes.add(groups.into_remainder(), [xs.remainder(), ys.remainder()], least);
+        sums.burnt += lanes.burnt.iter().sum::<u32>();
+        sums.unlit += lanes.unlit.iter().sum::<u32>();
+        for (sum, lanes) in sums.covariance.iter_mut().zip(&lanes.covariance) {
+            *sum += total(lanes);
         }
     }
     sums
+}
+
+/// [`AppearanceSums`] in lanes.
+#[derive(Default)]
+struct AppearanceLanes {
+    burnt: [u32; LANES],
+    unlit: [u32; LANES],
+    covariance: [Lanes; 2],
+}
+
+impl AppearanceLanes {
+    /// Adds up to [`LANES`] pixels.
+    #[inline(always)]
+    fn add(&mut self, irradiance: &mut [f32], normals: [&[f32]; 2], least: f32) {
+        let mut e = lanes(irradiance, 1.0);
+        for k in 0..LANES {
+            let white = e[k] < 0.0;
+            e[k] = if white { -1.0 - e[k] } else { e[k] };
+            self.burnt[k] += u32::from(white);
+            self.unlit[k] += u32::from(e[k] < least);
+        }
+        for (covariance, normals) in self.covariance.iter_mut().zip(normals) {
+            let (n, mut sum) = (lanes(normals, 0.0), *covariance);
+            for k in 0..LANES {
+                sum[k] = e[k].mul_add(n[k], sum[k]);
+            }
+            *covariance = sum;
+        }
+        irradiance.copy_from_slice(&e[..irradiance.len()]);
+    }
+}
+
+/// Up to [`LANES`] numbers; what is missing is `rest`.
+#[inline(always)]
+fn lanes(numbers: &[f32], rest: f32) -> Lanes {
+    let mut lanes = [rest; LANES];
+    lanes[..numbers.len()].copy_from_slice(numbers);
+    lanes
 }
 
 /// Sum of `(I − T)²` over the pixels that the target `T` tells.
@@ -67,14 +101,27 @@ pub fn residual(picture: &[f32], target: &[f32]) -> f64 {
 pub(super) fn residual_in_lanes(picture: &[f32], target: &[f32]) -> f64 {
     let mut sum = 0.0;
     for (picture, target) in picture.chunks(BLOCK).zip(target.chunks(BLOCK)) {
-        let mut lanes = [0.0f32; LANES];
-        for (at, (&i, &t)) in picture.iter().zip(target).enumerate() {
-            let off = if t >= 0.0 { i - t } else { 0.0 };
-            lanes[at % LANES] = off.mul_add(off, lanes[at % LANES]);
+        let mut squares = [0.0; LANES];
+        let (mut groups, mut targets) = (picture.chunks_exact(LANES), target.chunks_exact(LANES));
+        for (picture, target) in (&mut groups).zip(&mut targets) {
+            add_residual(&mut squares, picture, target);
         }
-        sum += total(&lanes);
+        add_residual(&mut squares, groups.remainder(), targets.remainder());
+        sum += total(&squares);
     }
     sum
+}
+
+/// Adds up to [`LANES`] pixels.
+#[inline(always)]
+fn add_residual(squares: &mut Lanes, picture: &[f32], target: &[f32]) {
+    let (picture, target) = (lanes(picture, 0.0), lanes(target, -1.0));
+    let mut sums = *squares;
+    for k in 0..LANES {
+        let off = if target[k] >= 0.0 { picture[k] - target[k] } else { 0.0 };
+        sums[k] = off.mul_add(off, sums[k]);
+    }
+    *squares = sums;
 }
 
 /// Sums of `w·min(1, |∇I|·s)` and of `|∇I|` over runs of pixels whose neighbourhoods lie in the object;
@@ -95,7 +142,7 @@ pub(super) fn runs_detail(picture: &[f32], runs: &[Run], shaped: &[Shaped]) -> [
             let row = |start: u32| &picture[start as usize + done..][..part + 2];
             row_squares([row(run.above), row(run.here), row(run.below)], &mut squares[..part]);
             let shaped = &shaped[run.here as usize + 1 + done..][..part];
-            add_detail(&squares[..part], shaped.iter().copied(), &mut sums);
+            add_detail(&squares[..part], shaped, &mut sums);
             done += part;
         }
     }
@@ -120,32 +167,53 @@ pub(super) fn taps_detail(
 ) -> [f64; 2] {
     let mut sums = [0.0; 2];
     let mut squares = [0.0; BLOCK];
+    let mut tapped = [Shaped::default(); BLOCK];
     for (taps, at) in taps.chunks(BLOCK).zip(at.chunks(BLOCK)) {
         let squares = &mut squares[..taps.len()];
         for (one, taps) in squares.iter_mut().zip(taps) {
             *one = square(taps.map(|tap| picture[tap as usize]));
         }
-        add_detail(squares, at.iter().map(|&at| shaped[at as usize]), &mut sums);
+        let tapped = &mut tapped[..at.len()];
+        for (tapped, &at) in tapped.iter_mut().zip(at) {
+            *tapped = shaped[at as usize];
+        }
+        add_detail(squares, tapped, &mut sums);
     }
     sums
 }
 
+/// Adds [`BLOCK`] pixels at most.
 #[inline(always)]
-fn add_detail(squares: &[f32], shaped: impl Iterator<Item = Shaped>, sums: &mut [f64; 2]) {
-    let mut lanes = [[0.0f32; LANES]; 2];
-    for (at, (&square, Shaped { weight, scale })) in squares.iter().zip(shaped).enumerate() {
-        let k = at % LANES;
-        let length = square * reciprocal_sqrt(square) / 8.0;
-        let seen = length * scale;
-        lanes[0][k] = weight.mul_add(if seen < 1.0 { seen } else { 1.0 }, lanes[0][k]);
-        lanes[1][k] += length;
+fn add_detail(squares: &[f32], shaped: &[Shaped], sums: &mut [f64; 2]) {
+    let mut added = [[0.0f32; LANES]; 2];
+    let (mut groups, mut shaped) = (squares.chunks_exact(LANES), shaped.chunks_exact(LANES));
+    for (squares, shaped) in (&mut groups).zip(&mut shaped) {
+        add_group(&mut added, squares, shaped);
     }
-    for (sum, lanes) in sums.iter_mut().zip(&lanes) {
+    add_group(&mut added, groups.remainder(), shaped.remainder());
+    for (sum, lanes) in sums.iter_mut().zip(&added) {
         *sum += total(lanes);
     }
 }
 
+/// Adds up to [`LANES`] pixels.
 #[inline(always)]
-fn total(lanes: &[f32; LANES]) -> f64 {
+fn add_group(added: &mut [Lanes; 2], squares: &[f32], shaped: &[Shaped]) {
+    let squares = lanes(squares, 0.0);
+    let mut weights = [Shaped::default(); LANES];
+    weights[..shaped.len()].copy_from_slice(shaped);
+    let [mut seen, mut lengths] = *added;
+    for k in 0..LANES {
+        let Shaped { weight, scale } = weights[k];
+        let length = squares[k] * reciprocal_sqrt(squares[k]) / 8.0;
+        let share = length * scale;
+        seen[k] = weight.mul_add(if share < 1.0 { share } else { 1.0 }, seen[k]);
+        lengths[k] += length;
+    }
+    *added = [seen, lengths];
+}
+
+#[inline(always)]
+fn total(lanes: &Lanes) -> f64 {
     lanes.iter().map(|&lane| f64::from(lane)).sum()
 }

@@ -11,6 +11,7 @@ use crate::lighting::shading::Brdf;
 use crate::math::color::{LUMINANCE, srgb_decode};
 use crate::objective::BURNT;
 use multiversion::multiversion;
+use std::hint::select_unpredictable;
 
 /// What has been added up in a group.
 #[derive(Clone, Copy, Default)]
@@ -221,22 +222,52 @@ fn reflect<const GLTF: bool>(
     sum: &mut Sum,
 ) {
     let Interim { received, lobe, grazing, .. } = interim;
+    let mut irradiance = [0.0; LANES];
+    for k in 0..LANES {
+        irradiance[k] = received[k].mul_add(light.diffuse, sum.irradiance[k]);
+    }
+    sum.irradiance = irradiance;
     let mut specular = [0.0; LANES];
     for k in 0..LANES {
-        sum.irradiance[k] = received[k].mul_add(light.diffuse, sum.irradiance[k]);
-        // What is infinite on unlit pixels must not meet their 0.
-        specular[k] = if received[k] > 0.0 { lobe[k] * light.specular } else { 0.0 };
+        // What is infinite on unlit pixels must not meet their 0. A plain `if` becomes a branch.
+        let lobe = lobe[k] * light.specular;
+        specular[k] = select_unpredictable(received[k] > 0.0, lobe, 0.0);
     }
+    let lit = Lit { received, specular: &specular, grazing };
     for (c, radiance) in sum.radiance.iter_mut().enumerate() {
-        for k in 0..LANES {
-            let f0 = color.specular[c][k];
-            let fresnel = if GLTF { (1.0 - f0).mul_add(grazing[k], f0) } else { f0 };
-            let matt = if GLTF { 1.0 - grazing[k] } else { 1.0 };
-            let diffuse = color.diffuse[c][k] * matt * light.diffuse;
-            let reflected = fresnel.mul_add(specular[k], diffuse);
-            radiance[k] = (received[k] * light.color[c]).mul_add(reflected, radiance[k]);
-        }
+        let reflectance = [&color.diffuse[c], &color.specular[c]];
+        let tint = [light.color[c], light.diffuse];
+        *radiance = reflect_channel::<GLTF>(radiance, reflectance, tint, &lit);
     }
+}
+
+/// What all channels of a group have in common, of one light.
+struct Lit<'a> {
+    received: &'a Lanes,
+    /// The lobe times the light's specular intensity; 0 where nothing is received.
+    specular: &'a Lanes,
+    grazing: &'a Lanes,
+}
+
+/// A channel's radiance with what it reflects of a light, whose part in it and diffuse intensity `tint` has.
+/// Made in an array of its own: written over the old one, compilers take the channels for the lanes of vectors.
+#[inline(always)]
+fn reflect_channel<const GLTF: bool>(
+    before: &Lanes,
+    [diffuse, specular]: [&Lanes; 2],
+    [part, intensity]: [f32; 2],
+    lit: &Lit,
+) -> Lanes {
+    let mut radiance = [0.0; LANES];
+    for k in 0..LANES {
+        let (f0, grazing) = (specular[k], lit.grazing[k]);
+        let fresnel = if GLTF { (1.0 - f0).mul_add(grazing, f0) } else { f0 };
+        let matt = if GLTF { 1.0 - grazing } else { 1.0 };
+        let diffuse = diffuse[k] * matt * intensity;
+        let reflected = fresnel.mul_add(lit.specular[k], diffuse);
+        radiance[k] = (lit.received[k] * part).mul_add(reflected, before[k]);
+    }
+    radiance
 }
 
 /// Encodes what has been added up, in passes for the same reason.
