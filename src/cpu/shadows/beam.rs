@@ -2,22 +2,19 @@
 //! beam of all of them, and a triangle is tested against all rays at once. What does not depend on the
 //! direction is found out once for a tile.
 
+use super::wide::{BOXES, Boxes, Child, Tree};
 use super::{Direction, TILE, rays};
 use crate::constants::OPAQUE;
 use crate::objective::maps::Surface;
-use crate::scene::occluders::{Node, Occluders, Plane, Triangle, WIDER, inverse, leave};
+use crate::scene::occluders::{Occluders, Plane, Triangle, WIDER, inverse, leave};
 use glam::Vec3;
 use multiversion::multiversion;
-use std::ops::Range;
 
 /// Rays of a tile, at most.
 pub const LANES: usize = (TILE[0] * TILE[1]) as usize;
 
 /// Triangles at a tile beyond which a packet of rays from each pixel is faster than beams of all pixels.
 const DENSE: usize = 80;
-
-/// Boxes that are tested side by side.
-const BOXES: usize = 16;
 
 type Numbers = [f32; LANES];
 
@@ -63,8 +60,8 @@ impl Tile {
         Vec3::from(self.face.each_ref().map(|numbers| numbers[lane]))
     }
 
-    fn overlaps(&self, node: &Node) -> bool {
-        (0..3).all(|axis| node.low[axis] <= self.high[axis] && node.high[axis] >= self.low[axis])
+    fn overlaps(&self, [low, high]: [[f32; 3]; 2]) -> bool {
+        (0..3).all(|axis| low[axis] <= self.high[axis] && high[axis] >= self.low[axis])
     }
 
     /// Whether a point lies above the horizon of any pixel.
@@ -72,9 +69,9 @@ impl Tile {
         (0..LANES).any(|lane| self.face(lane).dot(p - self.origin(lane)) > 0.0)
     }
 
-    /// Whether any part of a node's box does.
-    fn any_box_above(&self, node: &Node) -> bool {
-        let (low, high) = (Vec3::from(node.low), Vec3::from(node.high));
+    /// Whether any part of a box does.
+    fn any_box_above(&self, corners: [[f32; 3]; 2]) -> bool {
+        let [low, high] = corners.map(Vec3::from);
         (0..LANES).any(|lane| {
             let face = self.face(lane);
             let top = Vec3::select(face.cmpgt(Vec3::ZERO), high, low);
@@ -90,61 +87,113 @@ impl Tile {
     }
 }
 
+/// Triangles side by side, number by number: a corner, both edges.
+#[derive(Clone)]
+struct Triangles {
+    numbers: [[f32; BOXES]; 9],
+    opacity: [u32; BOXES],
+    len: usize,
+}
+
+impl Triangles {
+    /// Of up to [`BOXES`] triangles.
+    fn new(triangles: &[Triangle]) -> Self {
+        let mut all =
+            Self { numbers: [[0.0; BOXES]; 9], opacity: [OPAQUE; BOXES], len: triangles.len() };
+        for (k, triangle) in triangles.iter().enumerate() {
+            for axis in 0..3 {
+                all.numbers[axis][k] = triangle.corner[axis];
+                all.numbers[3 + axis][k] = triangle.edge1[axis];
+                all.numbers[6 + axis][k] = triangle.edge2[axis];
+            }
+            all.opacity[k] = triangle.opacity;
+        }
+        all
+    }
+
+    /// What [`Plane::new`] makes of each; the determinant is 0 where it makes none.
+    #[inline(always)]
+    fn planes(&self, direction: [f32; 3]) -> Planes {
+        let mut planes = Planes { numbers: [[0.0; BOXES]; 13] };
+        for k in 0..BOXES {
+            let vector = |first: usize| [0, 1, 2].map(|axis| self.numbers[first + axis][k]);
+            let plane = Plane::turned(vector(0), [vector(3), vector(6)], direction);
+            let Plane { corner: [a, b, c], u: [d, e, f], v: [g, h, i], t: [l, m, n], det } = plane;
+            let numbers = [a, b, c, d, e, f, g, h, i, l, m, n, det];
+            planes.numbers.iter_mut().zip(numbers).for_each(|(row, number)| row[k] = number);
+        }
+        planes
+    }
+}
+
+/// Planes side by side, number by number.
+struct Planes {
+    numbers: [[f32; BOXES]; 13],
+}
+
+impl Planes {
+    #[inline(always)]
+    fn get(&self, k: usize) -> Plane {
+        let vector = |first: usize| [0, 1, 2].map(|at| self.numbers[first + at][k]);
+        Plane {
+            corner: vector(0),
+            u: vector(3),
+            v: vector(6),
+            t: vector(9),
+            det: self.numbers[12][k],
+        }
+    }
+}
+
 /// What a tile's rays can meet, whatever their direction.
 struct Surroundings {
     /// Triangles in leaves that the tile itself touches.
-    near: Vec<Triangle>,
-    /// Largest subtrees that the tile does not touch: their nodes,
-    far: Vec<Range<usize>>,
-    /// and their boxes, by [`BOXES`]: the eight numbers of a node.
-    boxes: Vec<[[f32; BOXES]; 8]>,
+    near: Vec<Triangles>,
+    /// Largest parts of the tree that the tile does not touch.
+    far: Vec<Boxes>,
 }
 
 impl Surroundings {
-    fn new(tile: &Tile, occluders: &Occluders) -> Self {
-        let (mut near, mut far) = (Vec::new(), Vec::new());
-        let mut at = 0;
-        while let Some(node) = occluders.nodes.get(at) {
-            if tile.overlaps(node) {
-                let triangles = occluders.triangles[node.range()].iter();
-                near.extend(triangles.copied().filter(|triangle| tile.any_corner_above(triangle)));
-                at += 1;
-            } else {
-                if tile.any_box_above(node) {
-                    far.push(at..node.skip as usize);
+    /// `None` where the tile touches more than [`DENSE`] triangles.
+    fn new(tile: &Tile, tree: &Tree) -> Option<Self> {
+        let mut near = Vec::new();
+        let mut far: Vec<Boxes> = Vec::new();
+        let mut waiting: Vec<&Boxes> = tree.nodes.first().into_iter().collect();
+        while let Some(boxes) = waiting.pop() {
+            for (corners, child) in boxes.iter() {
+                if tile.overlaps(corners) {
+                    match child {
+                        Child::Inner(at) => waiting.push(&tree.nodes[at as usize]),
+                        Child::Leaf(leaf) => near.extend(
+                            tree.triangles(leaf).iter().filter(|one| tile.any_corner_above(one)),
+                        ),
+                    }
+                } else if tile.any_box_above(corners) {
+                    if far.last().is_none_or(|boxes| boxes.len == BOXES) {
+                        far.push(Boxes::new());
+                    }
+                    far.last_mut()?.push(corners, child);
                 }
-                at = node.skip as usize;
             }
         }
-        let boxes = far.chunks(BOXES).map(|far| {
-            // What is infinitely far away is met by nothing.
-            let mut boxes = [[f32::MAX; BOXES]; 8];
-            for (lane, nodes) in far.iter().enumerate() {
-                let numbers: [f32; 8] = bytemuck::cast(occluders.nodes[nodes.start]);
-                boxes.iter_mut().zip(numbers).for_each(|(row, number)| row[lane] = number);
-            }
-            boxes
-        });
-        Self { boxes: boxes.collect(), near, far }
+        let near = (near.len() <= DENSE).then_some(near)?;
+        let near = near.chunks(BOXES).map(|near| Triangles::new(near));
+        Some(Self { near: near.collect(), far })
     }
 }
 
 /// [`LANES`] numbers for each word of a pixel, of which lane `k`'s is the word of pixel `k`. No part of the
 /// directions has more than a packet of rays.
-pub fn trace(
-    tile: &Tile,
-    occluders: &Occluders,
-    directions: &[Vec<Direction>],
-    words: usize,
-) -> Vec<u32> {
-    let surroundings = Surroundings::new(tile, occluders);
-    if surroundings.near.len() > DENSE {
-        return rays::trace(tile, occluders, directions, words);
-    }
+pub fn trace(tile: &Tile, tree: &Tree, directions: &[Vec<Direction>], words: usize) -> Vec<u32> {
+    let Some(surroundings) = Surroundings::new(tile, tree) else {
+        return rays::trace(tile, tree.occluders(), directions, words);
+    };
     let mut bits = vec![0; words * LANES];
+    let mut next = Vec::new();
     for direction in directions.iter().flatten() {
         let mut free = [0; LANES];
-        trace_direction(tile, &surroundings, occluders, direction.towards, &mut free);
+        let to = (direction.towards, &mut next);
+        trace_direction(tile, &surroundings, tree, to, &mut free);
         let word = &mut bits[direction.word * LANES..][..LANES];
         for (word, free) in word.iter_mut().zip(free) {
             *word |= free << direction.bit;
@@ -157,7 +206,7 @@ pub fn trace(
 struct Beam {
     direction: [f32; 3],
     inverse: [f32; 3],
-    /// Where in a node's eight numbers the near and the far side of its box stand, by axis.
+    /// Which of a box's sides are the near and the far one, by axis.
     near: [usize; 3],
     far: [usize; 3],
     /// The corners of the tile's box that reach the near side last and the far side first.
@@ -173,30 +222,33 @@ impl Beam {
             direction: direction.to_array(),
             inverse,
             near: [0, 1, 2],
-            far: [4, 5, 6],
+            far: [3, 4, 5],
             last: tile.high,
             first: tile.low,
         };
         for (axis, inverse) in inverse.into_iter().enumerate() {
             if inverse < 0.0 {
-                (beam.near[axis], beam.far[axis]) = (4 + axis, axis);
+                (beam.near[axis], beam.far[axis]) = (3 + axis, axis);
                 (beam.last[axis], beam.first[axis]) = (tile.low[axis], tile.high[axis]);
             }
         }
         beam
     }
 
-    /// Whether any ray of the tile's box can meet a box, by its near and its far side along each axis.
+    /// Which boxes any ray of the tile's box can meet, a bit for each.
     #[inline(always)]
-    fn meets(&self, near: [f32; 3], far: [f32; 3]) -> bool {
-        let (mut enter, mut leave) = ([0.0; 3], [0.0; 3]);
-        for axis in 0..3 {
-            enter[axis] = (near[axis] - self.last[axis]) * self.inverse[axis];
-            leave[axis] = (far[axis] - self.first[axis]) * self.inverse[axis];
+    fn meets(&self, boxes: &Boxes) -> u32 {
+        let near = self.near.map(|side| &boxes.sides[side]);
+        let far = self.far.map(|side| &boxes.sides[side]);
+        let mut met = [0; BOXES];
+        for (k, met) in met.iter_mut().enumerate() {
+            let enter = |axis: usize| (near[axis][k] - self.last[axis]) * self.inverse[axis];
+            let leave = |axis: usize| (far[axis][k] - self.first[axis]) * self.inverse[axis];
+            let entered = larger(larger(enter(0), enter(1)), enter(2));
+            let left = smaller(smaller(leave(0), leave(1)), leave(2)) * WIDER;
+            *met = u32::from((entered <= left) & (left >= 0.0)) << k;
         }
-        let entered = larger(larger(enter[0], enter[1]), enter[2]);
-        let left = smaller(smaller(leave[0], leave[1]), leave[2]) * WIDER;
-        (entered <= left) & (left >= 0.0)
+        met.into_iter().fold(0, |bits, bit| bits | bit) & ((1 << boxes.len) - 1)
     }
 }
 
@@ -210,13 +262,13 @@ fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// 1 for each lane whose ray is free, else 0.
+/// 1 for each lane whose ray is free, else 0. `next` is room for the numbers of nodes.
 #[multiversion(targets = "simd")]
 fn trace_direction(
     tile: &Tile,
     surroundings: &Surroundings,
-    occluders: &Occluders,
-    d: Vec3,
+    tree: &Tree,
+    (d, next): (Vec3, &mut Vec<u32>),
     free: &mut [u32; LANES],
 ) {
     // Below the polygon's own horizon nothing is looked for.
@@ -231,59 +283,66 @@ fn trace_direction(
         return;
     }
     let beam = Beam::new(tile, d);
-    for triangle in &surroundings.near {
-        block(tile, &beam, triangle, occluders, &mut waiting);
+    for triangles in &surroundings.near {
+        block_near(tile, &beam, triangles, tree.occluders(), &mut waiting);
     }
-    for (boxes, far) in surroundings.boxes.iter().zip(surroundings.far.chunks(BOXES)) {
-        let mut reached = [0u32; BOXES];
-        let [near_x, near_y, near_z] = [0, 1, 2].map(|axis| &boxes[beam.near[axis] & 7]);
-        let [far_x, far_y, far_z] = [0, 1, 2].map(|axis| &boxes[beam.far[axis] & 7]);
-        for lane in 0..BOXES {
-            let near = [near_x[lane], near_y[lane], near_z[lane]];
-            let far = [far_x[lane], far_y[lane], far_z[lane]];
-            reached[lane] = u32::from(beam.meets(near, far));
+    for boxes in &surroundings.far {
+        if waiting == [0; LANES] {
+            return;
         }
-        for (nodes, _) in far.iter().zip(reached).filter(|&(_, reached)| reached != 0) {
-            if waiting == [0; LANES] {
-                return;
-            }
-            walk(tile, &beam, occluders, nodes, &mut waiting);
-        }
+        walk(tile, &beam, tree, (boxes, next), &mut waiting);
     }
     for (free, waiting) in free.iter_mut().zip(waiting) {
         *free |= waiting;
     }
 }
 
-/// Takes the rays out that meet anything of a subtree.
+/// Takes the rays out that meet anything in boxes.
 #[inline(always)]
 fn walk(
     tile: &Tile,
     beam: &Beam,
-    occluders: &Occluders,
-    nodes: &Range<usize>,
+    tree: &Tree,
+    (mut boxes, next): (&Boxes, &mut Vec<u32>),
     waiting: &mut [u32; LANES],
 ) {
-    let mut at = nodes.start;
-    while at < nodes.end {
-        let node = &occluders.nodes[at];
-        let numbers: &[f32; 8] = bytemuck::cast_ref(node);
-        let near =
-            [numbers[beam.near[0] & 7], numbers[beam.near[1] & 7], numbers[beam.near[2] & 7]];
-        let far = [numbers[beam.far[0] & 7], numbers[beam.far[1] & 7], numbers[beam.far[2] & 7]];
-        if !beam.meets(near, far) {
-            at = node.skip as usize;
-            continue;
-        }
-        at += 1;
-        if node.triangles == Node::INNER {
-            continue;
-        }
-        for triangle in &occluders.triangles[node.range()] {
-            block(tile, beam, triangle, occluders, waiting);
+    next.clear();
+    loop {
+        let mut met = beam.meets(boxes);
+        while met != 0 {
+            let child = met.trailing_zeros() as usize;
+            met &= met - 1;
+            match boxes.children[child] {
+                Child::Leaf(leaf) => {
+                    for triangle in tree.triangles(leaf) {
+                        block(tile, beam, triangle, tree.occluders(), waiting);
+                    }
+                }
+                Child::Inner(at) => next.push(at),
+            }
         }
         if *waiting == [0; LANES] {
             return;
+        }
+        let Some(at) = next.pop() else { return };
+        boxes = &tree.nodes[at as usize];
+    }
+}
+
+/// Takes the rays out that meet triangles beside the tile.
+#[inline(always)]
+fn block_near(
+    tile: &Tile,
+    beam: &Beam,
+    triangles: &Triangles,
+    occluders: &Occluders,
+    waiting: &mut [u32; LANES],
+) {
+    let planes = triangles.planes(beam.direction);
+    for k in 0..triangles.len {
+        let plane = planes.get(k);
+        if plane.det != 0.0 {
+            block_plane(tile, &plane, triangles.opacity[k], occluders, waiting);
         }
     }
 }
@@ -297,9 +356,21 @@ fn block(
     occluders: &Occluders,
     waiting: &mut [u32; LANES],
 ) {
-    let Some(plane) = Plane::new(triangle, beam.direction) else { return };
-    if triangle.opacity != OPAQUE {
-        return block_where_opaque(tile, &plane, triangle.opacity, occluders, waiting);
+    if let Some(plane) = Plane::new(triangle, beam.direction) {
+        block_plane(tile, &plane, triangle.opacity, occluders, waiting);
+    }
+}
+
+#[inline(always)]
+fn block_plane(
+    tile: &Tile,
+    plane: &Plane,
+    opacity: u32,
+    occluders: &Occluders,
+    waiting: &mut [u32; LANES],
+) {
+    if opacity != OPAQUE {
+        return block_where_opaque(tile, plane, opacity, occluders, waiting);
     }
     let [x, y, z] = &tile.origin;
     for lane in 0..LANES {

@@ -7,6 +7,7 @@
 
 mod beam;
 mod rays;
+mod wide;
 
 use crate::objective::maps::Surface;
 use crate::objective::shadows::{
@@ -18,6 +19,7 @@ use glam::Vec3;
 use multiversion::multiversion;
 use rayon::prelude::*;
 use std::sync::Arc;
+use wide::Tree;
 
 /// Columns and rows of a tile.
 const TILE: [u32; 2] = [8, 4];
@@ -30,7 +32,8 @@ const BATCH: usize = 1 << 14;
 pub fn table(surface: &Surface, occluders: Arc<Occluders>, settings: &ShadowSettings) -> Shadows {
     let object = surface.code.iter().map(|&code| code != 0);
     let side = settings.fitting_side(object.clone().filter(|object| *object).count() as u64);
-    let mut shadows = Shadows::new(side, object, occluders);
+    let mut shadows = Shadows::new(side, object, Arc::clone(&occluders));
+    let tree = Tree::new(&occluders);
     let directions = squares(side);
     let tiles = tiles(surface);
     for tiles in tiles.chunks(BATCH) {
@@ -38,7 +41,7 @@ pub fn table(surface: &Surface, occluders: Arc<Occluders>, settings: &ShadowSett
             .par_iter()
             .map(|pixels| {
                 let tile = Tile::new(surface, pixels);
-                (pixels, beam::trace(&tile, shadows.occluders(), &directions, words(side)))
+                (pixels, beam::trace(&tile, &tree, &directions, words(side)))
             })
             .collect();
         for (pixels, bits) in made {
@@ -178,6 +181,7 @@ mod tests {
     use crate::objective::shadows::{place, row_words};
     use crate::scene::build::{MeshData, SceneBuilder, TextureData};
     use crate::scene::framing::{Framing, frame};
+    use crate::scene::occluders::Node;
     use crate::scene::view::View;
     use crate::scene::{Material, Scene, TextureRef};
     use glam::{DMat4, DVec3};
@@ -289,6 +293,26 @@ mod tests {
                 }
             }
             assert!(plain.openness().iter().any(|&open| open < 0.9), "hills shadow valleys");
+        }
+    }
+
+    #[test]
+    fn wide_nodes_have_every_leaf_once() {
+        for scene in [boxes(), hills()] {
+            let (_, _, occluders) = seen(&scene, 16);
+            let tree = Tree::new(&occluders);
+            let children = tree.nodes.iter().flat_map(|boxes| boxes.iter().map(|(_, child)| child));
+            let (mut leaves, mut inner) = (Vec::new(), vec![0]);
+            children.for_each(|child| match child {
+                wide::Child::Leaf(at) => leaves.push(at),
+                wide::Child::Inner(at) => inner.push(at),
+            });
+            leaves.sort_unstable();
+            let all = 0..occluders.nodes.len() as u32;
+            let is_leaf = |&at: &u32| occluders.nodes[at as usize].triangles != Node::INNER;
+            assert!(all.filter(is_leaf).eq(leaves));
+            inner.sort_unstable();
+            assert!((0..tree.nodes.len() as u32).eq(inner));
         }
     }
 

@@ -88,12 +88,16 @@ pub struct Occluders {
 /// their origin (Möller and Trumbore 1997, with the determinants turned round).
 #[derive(Debug, Clone, Copy)]
 pub struct Plane {
-    corner: [f32; 3],
-    /// `d×e2`, `e1×d` and `e1×e2`, of the sign that makes `det` positive.
-    u: [f32; 3],
-    v: [f32; 3],
-    t: [f32; 3],
-    det: f32,
+    /// The triangle's corner.
+    pub corner: [f32; 3],
+    /// `d×e2`, of the sign that makes `det` positive; so are the next two.
+    pub u: [f32; 3],
+    /// `e1×d`.
+    pub v: [f32; 3],
+    /// `e1×e2`.
+    pub t: [f32; 3],
+    /// `e1·(d×e2)`.
+    pub det: f32,
 }
 
 /// Where a ray meets a triangle's plane: barycentric coordinates and distance, all times `det`.
@@ -124,21 +128,19 @@ impl Plane {
     /// Of rays along `direction`; `None` where they run along the triangle.
     #[inline(always)]
     pub fn new(triangle: &Triangle, direction: [f32; 3]) -> Option<Self> {
-        let (e1, e2) = (triangle.edge1, triangle.edge2);
+        let plane = Self::turned(triangle.corner, [triangle.edge1, triangle.edge2], direction);
+        (plane.det != 0.0).then_some(plane)
+    }
+
+    /// The same of a triangle's corner and edges; `det` is 0 where the rays run along it.
+    #[inline(always)]
+    pub fn turned(corner: [f32; 3], [e1, e2]: [[f32; 3]; 2], direction: [f32; 3]) -> Self {
         let u = cross(direction, e2);
         let det = dot(e1, u);
-        if det == 0.0 {
-            return None;
-        }
         let sign = if det < 0.0 { -1.0 } else { 1.0 };
         let turned = |a: [f32; 3]| [a[0] * sign, a[1] * sign, a[2] * sign];
-        Some(Self {
-            corner: triangle.corner,
-            u: turned(u),
-            v: turned(cross(e1, direction)),
-            t: turned(cross(e1, e2)),
-            det: det * sign,
-        })
+        let (v, t) = (turned(cross(e1, direction)), turned(cross(e1, e2)));
+        Self { corner, u: turned(u), v, t, det: det * sign }
     }
 
     /// Where the ray from `origin` meets it.
