@@ -26,6 +26,16 @@ fn submit_and_wait(frame: &Frame<'_>) {
     frame.wait();
 }
 
+/// Commands that an engine records and klieg adds to.
+fn recorded(
+    engine: &Engine,
+    add: impl FnOnce(vk::CommandBuffer) -> klieg::Result<()>,
+) -> klieg::Result<Frame<'_>> {
+    let mut added = Ok(());
+    let frame = Frame::record(engine, |cmd| added = add(cmd));
+    added.map(|()| frame)
+}
+
 fn borrow(engine: &Engine) -> Outcome<(ash::Device, Vec<u8>)> {
     let (instance, physical, queue_family) = (&engine.instance, engine.physical, engine.family);
     let queues =
@@ -158,21 +168,16 @@ fn level_2(engine: &Engine, drawn: &Drawn<'_>) -> Outcome<f32> {
     let images = SurfaceImages { depth, normal, base_color, roughness_metallic, emissive, ids };
     let surface = unsafe { klieg.import(&images, &format)? };
 
-    let mut recorded = Ok(());
-    let frame = Frame::record(engine, |cmd| {
-        let mut record = || -> klieg::Result<()> {
-            // In the frame, after the G-buffer pass and a barrier to COMPUTE_SHADER.
-            unsafe {
-                klieg.record_view(cmd, &surface, &camera)?;
-                // designer.follow(&old_frame, &klieg.view().unwrap().frame)? where the camera has moved
-                let scores = ScoreTarget::Buffer { buffer, offset };
-                klieg.evaluator().record(cmd, designer.ask(), scores)?;
-            }
-            Ok(())
-        };
-        recorded = record();
-    });
-    recorded?;
+    let frame = recorded(engine, |cmd| {
+        // In the frame, after the G-buffer pass and a barrier to COMPUTE_SHADER.
+        unsafe {
+            klieg.record_view(cmd, &surface, &camera)?;
+            // designer.follow(&old_frame, &klieg.view().unwrap().frame)? where the camera has moved
+            let scores = ScoreTarget::Buffer { buffer, offset };
+            klieg.evaluator().record(cmd, designer.ask(), scores)?;
+        }
+        Ok(())
+    })?;
     submit_and_wait(&frame);
     let scores = target.read(0, designer.ask().len());
 
@@ -213,20 +218,15 @@ fn level_3(engine: &Engine, drawn: &Drawn<'_>) -> Outcome<f32> {
     let surface = unsafe { klieg.import_surface(&images, &format)? };
     let pictures = unsafe { klieg.import_pictures(array, rigs, picture_format)? };
 
-    let mut recorded = Ok(());
-    let frame = Frame::record(engine, |cmd| {
-        let mut record = || -> klieg::Result<()> {
-            // In the frame, when the engine has rendered a layer for each rig of designer.rigs().
-            unsafe {
-                klieg.record_view(cmd, &surface, &camera)?;
-                let scores = ScoreTarget::Buffer { buffer, offset };
-                klieg.record(cmd, &pictures, 0, rigs, scores)?;
-            }
-            Ok(())
-        };
-        recorded = record();
-    });
-    recorded?;
+    let frame = recorded(engine, |cmd| {
+        // In the frame, when the engine has rendered a layer for each rig of designer.rigs().
+        unsafe {
+            klieg.record_view(cmd, &surface, &camera)?;
+            let scores = ScoreTarget::Buffer { buffer, offset };
+            klieg.record(cmd, &pictures, 0, rigs, scores)?;
+        }
+        Ok(())
+    })?;
     submit_and_wait(&frame);
     designer.tell(&target.read(0, rigs as usize))?;
     Ok(designer.best().ok_or("no scores")?.1)
