@@ -8,10 +8,13 @@ ARGS ?=
 LAVAPIPE = $(firstword $(wildcard $(addprefix /usr/share/vulkan/icd.d/, \
 	lvp_icd.$(shell uname -m).json lvp_icd.json)))
 
-# Where `make install` puts the C library, below DESTDIR where that is given, and how it is built.
+# Where `make install` puts the program and the C library, below DESTDIR where that is given, how they are built, and
+# a program to take instead of building one.
 PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
+DATADIR ?= $(PREFIX)/share
 PROFILE ?= release
+PROGRAM ?=
 TARGET = $(or $(CARGO_TARGET_DIR),target)/$(patsubst dev,debug,$(PROFILE))
 
 # The version, and the part of it that names the binary interface: all before 1.0 may change with a
@@ -31,7 +34,7 @@ JUDGE_KLIEG ?=
 JUDGE_PYTHON ?= python3.11
 JUDGE_ENV = $(or $(CARGO_TARGET_DIR),target)/judge
 
-.PHONY: help setup design spirv test check library install judge gpu-kit
+.PHONY: help setup design spirv test check program library install install-program install-library judge gpu-kit
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
@@ -40,7 +43,8 @@ help:
 	@echo 'make spirv  compile the shaders for builds without a shader compiler: after each change of a shader'
 	@echo 'make judge [JUDGE_SCENES=FOLDER] [JUDGE_OUT=FOLDER]   judge designs in Blender, beside the usual rigs'
 	@echo 'make gpu-kit  build a folder that tests and times klieg on another machine with a GPU'
-	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the C library'
+	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the program,'
+	@echo '            its manual page, its completions and the C library'
 	@echo 'make setup  only install what the others need, where it is missing'
 
 setup:
@@ -54,7 +58,24 @@ library:
 	cargo rustc --profile $(PROFILE) --lib --no-default-features --features c \
 		--crate-type cdylib,staticlib -- -C link-arg=-Wl,-soname,libklieg.so.$(ABI)
 
-install: library
+# With the checked-in SPIR-V too.
+program:
+	$(if $(PROGRAM),,cargo build --profile $(PROFILE) --bin klieg --no-default-features --features cli)
+
+install: install-program install-library
+
+# The manual page and the completions are what the program itself prints.
+install-program: program
+	install -D -m 755 "$(or $(PROGRAM),$(TARGET)/klieg)" "$(DESTDIR)$(PREFIX)/bin/klieg"
+	install -d "$(DESTDIR)$(DATADIR)/man/man1" "$(DESTDIR)$(DATADIR)/bash-completion/completions" \
+		"$(DESTDIR)$(DATADIR)/zsh/site-functions" "$(DESTDIR)$(DATADIR)/fish/vendor_completions.d"
+	"$(DESTDIR)$(PREFIX)/bin/klieg" man --out "$(DESTDIR)$(DATADIR)/man/man1"
+	for file in bash:bash-completion/completions/klieg zsh:zsh/site-functions/_klieg \
+		fish:fish/vendor_completions.d/klieg.fish; do \
+		"$(DESTDIR)$(PREFIX)/bin/klieg" completions $${file%%:*} >"$(DESTDIR)$(DATADIR)/$${file#*:}" || exit 1; \
+	done
+
+install-library: library
 	install -d "$(DESTDIR)$(PREFIX)/include" "$(DESTDIR)$(LIBDIR)/pkgconfig" "$(DESTDIR)$(LIBDIR)/cmake/klieg"
 	install -m 644 include/klieg.h "$(DESTDIR)$(PREFIX)/include"
 	install -m 644 $(TARGET)/libklieg.a "$(DESTDIR)$(LIBDIR)"

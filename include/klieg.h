@@ -59,13 +59,13 @@ extern "C" {
 #define KLIEG_VERSION_MAJOR 0
 
 // See `KLIEG_VERSION_MAJOR`.
-#define KLIEG_VERSION_MINOR 1
+#define KLIEG_VERSION_MINOR 2
 
 // See `KLIEG_VERSION_MAJOR`.
 #define KLIEG_VERSION_PATCH 0
 
 // The header's version in one number: major · 1,000,000 + minor · 1,000 + patch.
-#define KLIEG_VERSION 1000
+#define KLIEG_VERSION 2000
 
 // How a call went: `KLIEG_OK`, a `KLIEG_ERROR_...` (negative), or `KLIEG_NOTHING_YET`.
 typedef int32_t klieg_status;
@@ -105,6 +105,9 @@ typedef int32_t klieg_status;
 
 // A fault of klieg's own. Destroy the handles of the call; others may be used on.
 #define KLIEG_ERROR_INTERNAL -10
+
+// A file cannot be written.
+#define KLIEG_ERROR_OUTPUT -11
 
 // The version of the library that runs, as `KLIEG_VERSION`. It may be newer than the header's.
 uint32_t klieg_version(void);
@@ -681,11 +684,12 @@ typedef struct klieg_mesh {
 // The border's texel.
 #define KLIEG_WRAP_CLAMP 2
 
-// Loads a glTF 2.0 file, `.glb` or `.gltf`, as `klieg_scene_load_with` does with
+// Loads a glTF 2.0 file, `.glb` or `.gltf`, or a PLY, STL or OBJ file, as `klieg_scene_load_with` does with
 // `KLIEG_FILES_IN_SCENE_FOLDER`. Any thread.
-klieg_status klieg_scene_load(const char *path, struct klieg_scene **scene);
+klieg_status klieg_scene_load(const char *path,
+                              struct klieg_scene **scene);
 
-// Loads a glTF 2.0 file, `.glb` or `.gltf`, that may name the files which `access` allows; `path` is
+// Loads a glTF 2.0 file, `.glb` or `.gltf`, or a PLY, STL or OBJ file, that may name the files which `access` allows; `path` is
 // UTF-8. The scene is finished. Any thread.
 //
 // `KLIEG_ERROR_INPUT` for a file that cannot be used.
@@ -840,7 +844,8 @@ klieg_status klieg_camera_frame(const klieg_scene *scene,
 #define KLIEG_NO_BACKGROUND -1.0
 
 // Measures lights against a view. There are three levels, by what the engine gives:
-// 1. a scene and a camera (`klieg_evaluator_of_scene`): klieg draws them itself;
+// 1. a scene and a camera (`klieg_evaluator_of_scene`, or `klieg_evaluator_on_cpu` without any Vulkan device): klieg
+//    draws them itself;
 // 2. the surface that the engine has drawn (`klieg_evaluator_of_surface`): klieg shades it;
 // 3. the surface, and pictures of it under lights (`klieg_evaluator_of_pictures`): klieg judges them.
 //
@@ -966,6 +971,22 @@ klieg_status klieg_evaluator_of_scene(const klieg_context *context,
                                       const struct klieg_shading *shading,
                                       const struct klieg_shadows *shadows,
                                       struct klieg_evaluator **evaluator);
+
+// Makes an evaluator of level 1 that works on the CPU: no Vulkan device and no context are needed. Everything else is
+// as with `klieg_evaluator_of_scene`, and scores are the same to 1e-4. It uses all processors. What records does not
+// work with it. Any thread.
+//
+// `version` is `KLIEG_VERSION`. `KLIEG_ERROR_VERSION` for a program that was built for another klieg,
+// `KLIEG_ERROR_ARGUMENT` as with `klieg_evaluator_of_scene`.
+klieg_status klieg_evaluator_on_cpu(uint32_t version,
+                                    const klieg_scene *scene,
+                                    const klieg_camera *camera,
+                                    uint32_t width,
+                                    uint32_t height,
+                                    const struct klieg_objective *objective,
+                                    const struct klieg_shading *shading,
+                                    const struct klieg_shadows *shadows,
+                                    struct klieg_evaluator **evaluator);
 
 // Ends the evaluator; `NULL` is left alone. None of its recordings may be in use.
 void klieg_evaluator_destroy(struct klieg_evaluator *evaluator);
@@ -1497,6 +1518,38 @@ klieg_status klieg_designer_follow(struct klieg_designer *designer,
 // Goes on with what the search holds as it stands, all of it scored anew: the scene, or what the evaluator
 // measures, has changed.
 klieg_status klieg_designer_renew(struct klieg_designer *designer);
+
+/* Lit scenes: the file that a scene was loaded from, with the lights that were found */
+
+// A lit scene: a whole glTF 2.0 file (GLB) in memory. One thread at a time.
+typedef struct klieg_lit klieg_lit;
+
+// Makes the lit scene of a scene that was loaded from a file: the file, which is read anew, with `count` lights
+// (KHR_lights_punctual, physical units) in place of its own, and with the camera, all in one GLB. The lights stand in
+// the frame of the view through `camera` at `width` by `height` pixels: the one that the evaluator was made of. Any
+// thread.
+//
+// `KLIEG_ERROR_INPUT` for a file that cannot be used any more, `KLIEG_ERROR_ARGUMENT` for a scene that was made of
+// arrays and for a light that glTF cannot express.
+klieg_status klieg_lit_create(const klieg_scene *scene,
+                              const klieg_camera *camera,
+                              uint32_t width,
+                              uint32_t height,
+                              const klieg_light *lights,
+                              uint32_t count,
+                              struct klieg_lit **lit);
+
+// Ends the lit scene; `NULL` is left alone.
+void klieg_lit_destroy(struct klieg_lit *lit);
+
+// Gives the bytes of the lit scene, `*size` of them, valid until it is destroyed.
+klieg_status klieg_lit_data(const struct klieg_lit *lit, const void **data, size_t *size);
+
+// Writes the lit scene to a file, whole or not at all; a file of that name is replaced. `path` is UTF-8.
+//
+// `KLIEG_ERROR_OUTPUT` where it cannot be written.
+klieg_status klieg_lit_write(const struct klieg_lit *lit,
+                             const char *path);
 
 #ifdef __cplusplus
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// The parts of the header, each of the files that belong together.
-const PARTS: [&[&str]; 10] = [
+const PARTS: [&[&str]; 11] = [
     &["error"],
     &["requirements"],
     &["context", "device"],
@@ -16,6 +16,7 @@ const PARTS: [&[&str]; 10] = [
     &["surface"],
     &["pictures"],
     &["design", "designer"],
+    &["lit"],
 ];
 
 /// Types of Vulkan, by their names in ash.

@@ -3,6 +3,7 @@
 #![cfg(target_os = "linux")]
 
 use glam::{DMat4, DVec3, Vec3};
+use klieg::cpu::CpuEvaluator;
 use klieg::design::Designer;
 use klieg::design::profile::{DEFAULT, NATURAL, PROFILES};
 use klieg::design::start::first_of_surface;
@@ -16,6 +17,9 @@ use klieg::objective::terms::TERMS;
 use klieg::objective::{Objective, Term};
 use klieg::optimize::{GeneticSettings, Settings};
 use klieg::scene::build::{MeshData, SceneBuilder, TextureData};
+use klieg::scene::framing::{self, Framing};
+use klieg::scene::lights::own;
+use klieg::scene::load;
 use klieg::scene::view::{Camera, Projection, View};
 use klieg::scene::{Material, Scene, TextureRef, Wrap};
 use rand::SeedableRng;
@@ -50,7 +54,7 @@ fn installed() -> &'static Path {
         let _ = std::fs::remove_dir_all(&place);
         let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a target folder");
         run(Command::new("make")
-            .args(["install", "PROFILE=dev", &format!("PREFIX={PREFIX}")])
+            .args(["install-library", "PROFILE=dev", &format!("PREFIX={PREFIX}")])
             .arg(format!("DESTDIR={}", place.display()))
             .env("CARGO_TARGET_DIR", target)
             .current_dir(ROOT));
@@ -119,7 +123,7 @@ fn the_library_exports_what_the_header_declares_and_no_more() {
     assert_eq!(exported, declared);
     let dynamic = run(Command::new("readelf").arg("-d").arg(&library));
     let soname = dynamic.lines().find(|line| line.contains("SONAME")).expect("a soname");
-    assert!(soname.contains("[libklieg.so.0.1]"), "{soname}");
+    assert!(soname.contains("[libklieg.so.0.2]"), "{soname}");
 }
 
 fn tetrahedra() -> Scene {
@@ -308,7 +312,7 @@ fn cmake_finds_both_libraries() {
         assert_eq!(run(&mut command).lines().collect::<Vec<_>>(), expected(SEED), "{program}");
     }
     let too_new = Command::new("cmake")
-        .args(["-DVERSION=0.2", "-S"])
+        .args(["-DVERSION=0.3", "-S"])
         .arg(Path::new(ROOT).join("tests/c"))
         .arg("-B")
         .arg(temporary("cmake-too-new"))
@@ -373,4 +377,65 @@ fn an_engine_in_c_lends_its_device() {
         let report = run(&mut start(&program, &["validate", fault]));
         assert!(report.contains(rule), "{report}");
     }
+}
+
+/// klieg's scene of two objects.
+fn pair() -> PathBuf {
+    Path::new(ROOT).join("scenes/pair.glb")
+}
+
+/// A driver that is not there, for the Vulkan loader to find nothing else.
+const NO_DRIVER: [(&str, &str); 2] =
+    [("VK_DRIVER_FILES", "/nonexistent.json"), ("VK_ICD_FILENAMES", "/nonexistent.json")];
+
+/// What `cpu.c` prints, by the Rust interface.
+fn expected_on_the_cpu() -> Vec<String> {
+    let scene = load::load(&pair()).unwrap();
+    let camera = framing::frame(&scene, &Framing::default(), 1.5).unwrap();
+    let view = View::new(&scene, camera, 96, 64).unwrap();
+    let (objective, shading) = ((DEFAULT.objective)(), (DEFAULT.shading)());
+    let shadows = ShadowSettings { on: DEFAULT.shadows, ..ShadowSettings::default() };
+    let maps = klieg::cpu::draw(&scene, &view, &objective, (&shadows, None)).unwrap();
+    let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading).unwrap();
+    let genome = DEFAULT.genome().unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let first = first_of_surface(evaluator.maps().unwrap(), &genome, &mut rng);
+    let search = DEFAULT.optimizer.name;
+    let mut designer =
+        Designer::new(genome, search, &DEFAULT.endless(), Some(first), SEED).unwrap();
+    designer.advance(&mut evaluator, 4).unwrap();
+    let (rig, score) = designer.best().unwrap();
+    [vec![line("score", &[score])], light_lines("light", &rig)].concat()
+}
+
+#[test]
+fn without_vulkan_c_programs_design_on_the_cpu_and_write_the_lit_scene() {
+    let folder = temporary("lit");
+    std::fs::create_dir_all(&folder).unwrap();
+    let program = build("cpu.c", "cpu", &["-fsanitize=address,undefined"]);
+    let arguments = [pair(), folder.clone()];
+    let printed = run(start(&program, &[]).args(&arguments).envs(NO_DRIVER));
+    assert_eq!(printed.lines().collect::<Vec<_>>(), expected_on_the_cpu());
+    assert_eq!(own(&load::load(&folder.join("lit.glb")).unwrap()).count(), 2);
+}
+
+#[test]
+fn the_program_of_the_page_lights_a_file_with_and_without_vulkan() {
+    let program = build("light.c", "light", &[]);
+    for (name, environment) in [("vulkan.glb", &NO_DRIVER[..0]), ("cpu.glb", &NO_DRIVER)] {
+        let lit = temporary(name);
+        let _ = std::fs::remove_file(&lit);
+        let command = &mut start(&program, &[]);
+        let told = run(command.arg(pair()).arg(&lit).envs(environment.iter().copied()));
+        assert_eq!(told.matches("a light of ").count(), 2, "{told}");
+        assert_eq!(own(&load::load(&lit).unwrap()).count(), 2);
+    }
+    let absent = start(&program, &["absent.glb", "lit.glb"]).output().unwrap();
+    let said = String::from_utf8_lossy(&absent.stderr);
+    assert!(absent.status.code() == Some(1) && said.contains("absent.glb"), "{said}");
+}
+
+#[test]
+fn an_engine_does_as_the_page_says() {
+    run(&mut start(&build("page.c", "page", &[]), &[]));
 }

@@ -37,7 +37,7 @@ fn prefix() -> &'static Path {
         let place = temporary("prefix");
         let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a target folder");
         run(Command::new("make")
-            .args(["install", "PROFILE=dev", &format!("PREFIX={}", place.display())])
+            .args(["install-library", "PROFILE=dev", &format!("PREFIX={}", place.display())])
             .env("CARGO_TARGET_DIR", target)
             .current_dir(ROOT));
         place

@@ -2,17 +2,22 @@
 
 use klieg::Error;
 use klieg::cpu::{self, CpuEvaluator};
-use klieg::design::{self, Designer, Progress};
+use klieg::design::{self, Designer, Progress, start};
+use klieg::evaluate::Evaluator;
 use klieg::lighting::genome::{Boxes, Genome};
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{LightKind, Role};
 use klieg::math::range::Range;
 use klieg::objective::Objective;
-use klieg::optimize::{Best, Optimizer};
+use klieg::optimize::{Best, Optimizer, Settings, Setup};
+use klieg::scene::Scene;
 use klieg::scene::framing::{Framing, frame};
 use klieg::scene::view::View;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Duration;
 
 /// Tries a step to both sides of each allele, takes the best, and halves the step where none is better.
 #[derive(Debug, Clone)]
@@ -86,15 +91,20 @@ impl Optimizer for Compass {
     }
 }
 
-/// Measures the project's scene of two objects, small.
-fn evaluator() -> CpuEvaluator {
+/// The project's scene of two objects, seen small, and what measures it.
+fn measured() -> (Scene, View, CpuEvaluator) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pair.glb");
     let scene = klieg::scene::load::load(&path).unwrap();
     let camera = frame(&scene, &Framing::default(), 1.0).unwrap();
     let view = View::new(&scene, camera, 48, 48).unwrap();
     let (objective, shading) = (Objective::default(), Shading::default());
     let maps = cpu::maps(cpu::visibility::draw(&scene, &view), &objective);
-    CpuEvaluator::new(maps, &view, objective, shading).expect("maps of a view")
+    let evaluator = CpuEvaluator::new(maps, &view, objective, shading).expect("maps of a view");
+    (scene, view, evaluator)
+}
+
+fn evaluator() -> CpuEvaluator {
+    measured().2
 }
 
 fn genome(roles: &[Role]) -> Genome {
@@ -146,10 +156,50 @@ fn a_search_for_other_lights_or_without_questions_is_refused() {
     assert!(fault.to_string().contains("'compass' has ended without a score"), "{fault}");
 }
 
+/// As the page has it.
+mod in_the_crate {
+    use super::Compass;
+    use klieg::optimize::{Entry, Setup};
+
+    pub const NAME: &str = "compass";
+
+    pub(super) const ENTRY: Entry = Entry {
+        name: NAME,
+        title: "compass search",
+        description: "Steps along the axes, halved where none is better",
+        new: |Setup { bounds, first, .. }| Ok(Box::new(Compass::new(bounds, first))),
+        generations: |_| None,
+        words: |_| "compass search".into(),
+    };
+}
+
+/// As the page has it; the best score of each way to search.
+fn from_outside() -> Result<[f32; 2], Error> {
+    let (scene, view, mut evaluator) = measured();
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+
+    let genome = Genome::new(&[Role::Key, Role::Fill], LightKind::POINT, &Boxes::default())?;
+    let first = start::first(&scene, &view, evaluator.maps()?, &genome, &mut rng);
+    let mut search = Compass::new(genome.bounds(), first.clone());
+    let mut observe = |_: &Progress| ControlFlow::Continue(());
+    let outcome = design::run(&mut search, &genome, &mut evaluator, &mut observe)?;
+
+    let search = Compass::new(genome.bounds(), first);
+    let mut designer = Designer::of(genome, Box::new(search))?;
+    designer.advance_for(&mut evaluator, Duration::from_millis(4))?; // each frame
+
+    Ok([outcome.score, designer.best().expect("a generation").1])
+}
+
 #[test]
-fn the_page_shows_this_search() {
-    let page = include_str!("../docs/EXTENDING.md");
-    let (_, page) = page.split_once("## Add an optimiser").unwrap();
-    let shown = page.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
-    assert!(include_str!("extend_optimizer.rs").contains(shown));
+fn the_page_s_search_runs_and_its_entry_makes_one() {
+    let [whole, begun] = from_outside().unwrap();
+    assert!(whole <= begun && begun < 1.0, "{whole} {begun}");
+    let genome = genome(&[Role::Key]);
+    let first = genome.bounds().iter().map(Range::middle).collect();
+    let settings = &Settings::default();
+    let rng = ChaCha8Rng::seed_from_u64(1);
+    let entry = in_the_crate::ENTRY;
+    let made = (entry.new)(Setup { bounds: genome.bounds(), first, settings, rng }).unwrap();
+    assert_eq!((made.name(), made.ask().len()), (entry.name, 1));
 }

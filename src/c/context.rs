@@ -242,7 +242,7 @@ pub unsafe extern "C" fn klieg_context_pipeline_cache(
 
 /// A program built for `version` finds here what it expects: all of its own minor version, and no more
 /// than compatible changes.
-fn check_version(version: u32) -> Outcome {
+pub(super) fn check_version(version: u32) -> Outcome {
     let (major, rest) = (version / 1_000_000, version % 1_000_000);
     let minor = rest / 1_000;
     let same_major = major == KLIEG_VERSION_MAJOR;

@@ -7,11 +7,11 @@ use std::ffi::{c_char, c_void};
 /// it a major version may change what is here.
 pub const KLIEG_VERSION_MAJOR: u32 = 0;
 /// See `KLIEG_VERSION_MAJOR`.
-pub const KLIEG_VERSION_MINOR: u32 = 1;
+pub const KLIEG_VERSION_MINOR: u32 = 2;
 /// See `KLIEG_VERSION_MAJOR`.
 pub const KLIEG_VERSION_PATCH: u32 = 0;
 /// The header's version in one number: major · 1,000,000 + minor · 1,000 + patch.
-pub const KLIEG_VERSION: u32 = 1_000;
+pub const KLIEG_VERSION: u32 = 2_000;
 
 /// How a call went: `KLIEG_OK`, a `KLIEG_ERROR_...` (negative), or `KLIEG_NOTHING_YET`.
 pub type klieg_status = i32;
@@ -40,6 +40,8 @@ pub const KLIEG_ERROR_MEMORY: klieg_status = -8;
 pub const KLIEG_ERROR_VERSION: klieg_status = -9;
 /// A fault of klieg's own. Destroy the handles of the call; others may be used on.
 pub const KLIEG_ERROR_INTERNAL: klieg_status = -10;
+/// A file cannot be written.
+pub const KLIEG_ERROR_OUTPUT: klieg_status = -11;
 
 /// The version of the library that runs, as `KLIEG_VERSION`. It may be newer than the header's.
 #[unsafe(no_mangle)]

@@ -1,7 +1,7 @@
 //! Evaluators: lights in, scores out.
 
 use super::camera::{as_camera, klieg_camera};
-use super::context::klieg_context;
+use super::context::{check_version, klieg_context};
 use super::edge::{Fault, Opaque, Outcome, body, call, destroy, given, make, put, room};
 use super::error::klieg_status;
 use super::light::{frame, klieg_frame, klieg_light, population};
@@ -10,6 +10,7 @@ use super::settings::{
     as_objective, as_shading, klieg_objective, klieg_quality, klieg_shading, write_qualities,
 };
 use super::shadows::{as_shadows, klieg_shadows};
+use crate::cpu::{self, CpuEvaluator};
 use crate::design::start;
 use crate::evaluate::Evaluator;
 use crate::gpu::{GpuEvaluator, PictureEvaluator, ScoreTarget, SurfaceEvaluator};
@@ -23,7 +24,8 @@ use rand_chacha::ChaCha8Rng;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Measures lights against a view. There are three levels, by what the engine gives:
-/// 1. a scene and a camera (`klieg_evaluator_of_scene`): klieg draws them itself;
+/// 1. a scene and a camera (`klieg_evaluator_of_scene`, or `klieg_evaluator_on_cpu` without any Vulkan device): klieg
+///    draws them itself;
 /// 2. the surface that the engine has drawn (`klieg_evaluator_of_surface`): klieg shades it;
 /// 3. the surface, and pictures of it under lights (`klieg_evaluator_of_pictures`): klieg judges them.
 ///
@@ -39,6 +41,7 @@ pub(super) struct EvaluatorBody {
 
 pub(super) enum Level {
     Scene(Box<GpuEvaluator>, Frame),
+    Cpu(Box<CpuEvaluator>, Frame),
     Surface(Box<SurfaceEvaluator>),
     Pictures(Box<PictureEvaluator>),
 }
@@ -54,19 +57,22 @@ impl EvaluatorBody {
     }
 
     /// What measures lights.
-    pub fn of_lights(&mut self) -> Outcome<&mut GpuEvaluator> {
+    pub fn of_lights(&mut self) -> Outcome<&mut dyn Evaluator> {
         match &mut self.level {
-            Level::Scene(evaluator, _) => Ok(evaluator),
-            Level::Surface(evaluator) => Ok(evaluator.evaluator()),
-            Level::Pictures(_) => {
-                Err(Fault::argument("this evaluator measures pictures, not lights"))
-            }
+            Level::Cpu(evaluator, _) => Ok(&mut **evaluator),
+            level => Ok(on_device(level)?),
         }
+    }
+
+    /// What measures lights on a Vulkan device.
+    fn on_device(&mut self) -> Outcome<&mut GpuEvaluator> {
+        on_device(&mut self.level)
     }
 
     fn maps(&mut self) -> Outcome<&Maps> {
         Ok(match &mut self.level {
             Level::Scene(evaluator, _) => evaluator.maps()?,
+            Level::Cpu(evaluator, _) => evaluator.maps()?,
             Level::Surface(evaluator) => evaluator.evaluator().maps()?,
             Level::Pictures(evaluator) => evaluator.maps()?,
         })
@@ -75,7 +81,7 @@ impl EvaluatorBody {
     /// The light frame; `None` before the first view.
     fn frame(&self) -> Option<&Frame> {
         match &self.level {
-            Level::Scene(_, frame) => Some(frame),
+            Level::Scene(_, frame) | Level::Cpu(_, frame) => Some(frame),
             Level::Surface(evaluator) => evaluator.view().map(|view| &view.frame),
             Level::Pictures(evaluator) => evaluator.view().map(|view| &view.frame),
         }
@@ -120,6 +126,38 @@ pub unsafe extern "C" fn klieg_evaluator_of_scene(
     }
 }
 
+/// Makes an evaluator of level 1 that works on the CPU: no Vulkan device and no context are needed. Everything else is
+/// as with `klieg_evaluator_of_scene`, and scores are the same to 1e-4. It uses all processors. What records does not
+/// work with it. Any thread.
+///
+/// `version` is `KLIEG_VERSION`. `KLIEG_ERROR_VERSION` for a program that was built for another klieg,
+/// `KLIEG_ERROR_ARGUMENT` as with `klieg_evaluator_of_scene`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn klieg_evaluator_on_cpu(
+    version: u32,
+    scene: *const klieg_scene,
+    camera: *const klieg_camera,
+    width: u32,
+    height: u32,
+    objective: *const klieg_objective,
+    shading: *const klieg_shading,
+    shadows: *const klieg_shadows,
+    evaluator: *mut *mut klieg_evaluator,
+) -> klieg_status {
+    // SAFETY: the caller's pointers.
+    unsafe {
+        make(evaluator, || {
+            check_version(version)?;
+            let scene = body(scene, "scene")?.finished()?;
+            let view = View::new(scene, as_camera(given(camera, "camera")?)?, width, height)?;
+            let (objective, shading) = (as_objective(objective)?, as_shading(shading)?);
+            let maps = cpu::draw(scene, &view, &objective, (&as_shadows(shadows)?, None))?;
+            let made = CpuEvaluator::new(maps, &view, objective, shading)?;
+            Ok(EvaluatorBody::new(Level::Cpu(Box::new(made), view.frame)))
+        })
+    }
+}
+
 /// Ends the evaluator; `NULL` is left alone. None of its recordings may be in use.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_evaluator_destroy(evaluator: *mut klieg_evaluator) {
@@ -155,7 +193,7 @@ pub unsafe extern "C" fn klieg_evaluator_reserve(
 ) -> klieg_status {
     let reserve = |evaluator: &mut EvaluatorBody| match &mut evaluator.level {
         Level::Pictures(pictures) => Ok(pictures.reserve(rigs)?),
-        _ => Ok(evaluator.of_lights()?.reserve(rigs, lights_per_rig as usize)?),
+        _ => Ok(evaluator.on_device()?.reserve(rigs, lights_per_rig as usize)?),
     };
     // SAFETY: the caller's handle.
     unsafe { call(evaluator, reserve) }
@@ -192,7 +230,7 @@ pub unsafe extern "C" fn klieg_evaluator_record(
         call(evaluator, |evaluator| {
             let population = population(lights, rigs, lights_per_rig)?;
             let target = target(buffer, offset);
-            Ok(evaluator.of_lights()?.record(commands, &population, target)?)
+            Ok(evaluator.on_device()?.record(commands, &population, target)?)
         })
     }
 }
@@ -210,7 +248,7 @@ pub unsafe extern "C" fn klieg_evaluator_read_scores(
         let scores = unsafe { room(scores, count as usize, "scores") }?;
         match &mut evaluator.level {
             Level::Pictures(pictures) => Ok(pictures.read_scores(scores)?),
-            _ => Ok(evaluator.of_lights()?.read_scores(scores)?),
+            _ => Ok(evaluator.on_device()?.read_scores(scores)?),
         }
     };
     // SAFETY: the caller's handle.
@@ -254,6 +292,17 @@ pub unsafe extern "C" fn klieg_evaluator_qualities(
             write_qualities(to, &evaluator.of_lights()?.qualities(&population)?);
             Ok(())
         })
+    }
+}
+
+fn on_device(level: &mut Level) -> Outcome<&mut GpuEvaluator> {
+    match level {
+        Level::Scene(evaluator, _) => Ok(evaluator),
+        Level::Surface(evaluator) => Ok(evaluator.evaluator()),
+        Level::Cpu(..) => Err(Fault::argument(
+            "this evaluator works on the CPU, which records nothing: use klieg_evaluator_evaluate",
+        )),
+        Level::Pictures(_) => Err(Fault::argument("this evaluator measures pictures, not lights")),
     }
 }
 

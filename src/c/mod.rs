@@ -14,6 +14,7 @@ mod edge;
 pub mod error;
 pub mod evaluator;
 pub mod light;
+pub mod lit;
 pub mod pictures;
 pub mod requirements;
 pub mod scene;

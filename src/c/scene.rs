@@ -19,7 +19,8 @@ pub struct klieg_scene(());
 /// A scene, or the parts of one.
 pub(super) enum SceneBody {
     Parts(SceneBuilder, CString),
-    Whole(Scene, CString),
+    /// The scene, its warnings, and which files it may name where it was loaded from one.
+    Whole(Scene, CString, Option<FileAccess>),
 }
 
 impl Opaque for klieg_scene {
@@ -27,14 +28,24 @@ impl Opaque for klieg_scene {
 }
 
 impl SceneBody {
-    fn whole(scene: Scene) -> Self {
+    fn whole(scene: Scene, access: Option<FileAccess>) -> Self {
         let warnings = CString::new(scene.warnings.join("\n")).unwrap_or_default();
-        Self::Whole(scene, warnings)
+        Self::Whole(scene, warnings, access)
+    }
+
+    /// The scene and which files it may name, where it was loaded from one.
+    pub fn loaded(&self) -> Outcome<(&Scene, FileAccess)> {
+        match self {
+            Self::Whole(scene, _, Some(access)) => Ok((scene, *access)),
+            _ => Err(Fault::argument(
+                "the scene was not loaded from a file: apply klieg_lights_in_world to it instead",
+            )),
+        }
     }
 
     pub fn finished(&self) -> Outcome<&Scene> {
         match self {
-            Self::Whole(scene, _) => Ok(scene),
+            Self::Whole(scene, ..) => Ok(scene),
             Self::Parts(..) => Err(Fault::argument("the scene is not finished")),
         }
     }
@@ -153,7 +164,7 @@ pub struct klieg_mesh {
     pub material: u32,
 }
 
-/// Loads a glTF 2.0 file, `.glb` or `.gltf`, as `klieg_scene_load_with` does with
+/// Loads a glTF 2.0 file, `.glb` or `.gltf`, or a PLY, STL or OBJ file, as `klieg_scene_load_with` does with
 /// `KLIEG_FILES_IN_SCENE_FOLDER`. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn klieg_scene_load(
@@ -164,12 +175,13 @@ pub unsafe extern "C" fn klieg_scene_load(
     unsafe {
         make(scene, || {
             let path = text(path, "path")?;
-            Ok(SceneBody::whole(load::load(Path::new(path))?))
+            let access = FileAccess::SceneFolder;
+            Ok(SceneBody::whole(load::load_with(Path::new(path), access)?, Some(access)))
         })
     }
 }
 
-/// Loads a glTF 2.0 file, `.glb` or `.gltf`, that may name the files which `access` allows; `path` is
+/// Loads a glTF 2.0 file, `.glb` or `.gltf`, or a PLY, STL or OBJ file, that may name the files which `access` allows; `path` is
 /// UTF-8. The scene is finished. Any thread.
 ///
 /// `KLIEG_ERROR_INPUT` for a file that cannot be used.
@@ -185,7 +197,7 @@ pub unsafe extern "C" fn klieg_scene_load_with(
             let path = text(path, "path")?;
             let accesses = [FileAccess::SceneFolder, FileAccess::Anywhere];
             let access = choice(&accesses, access, "access")?;
-            Ok(SceneBody::whole(load::load_with(Path::new(path), access)?))
+            Ok(SceneBody::whole(load::load_with(Path::new(path), access)?, Some(access)))
         })
     }
 }
@@ -348,7 +360,7 @@ pub unsafe extern "C" fn klieg_scene_finish(scene: *mut klieg_scene) -> klieg_st
         let parts = std::mem::take(scene.parts()?);
         if let SceneBody::Parts(_, name) = scene {
             let made = parts.finish(&name.to_string_lossy())?;
-            *scene = SceneBody::whole(made);
+            *scene = SceneBody::whole(made, None);
         }
         Ok(())
     };
@@ -392,7 +404,7 @@ pub unsafe extern "C" fn klieg_scene_bounds(
 pub unsafe extern "C" fn klieg_scene_warnings(scene: *const klieg_scene) -> *const c_char {
     // SAFETY: the caller's handle.
     match unsafe { body(scene, "scene") } {
-        Ok(SceneBody::Whole(_, warnings)) => warnings.as_ptr(),
+        Ok(SceneBody::Whole(_, warnings, _)) => warnings.as_ptr(),
         _ => c"".as_ptr(),
     }
 }

@@ -188,7 +188,7 @@ pub unsafe extern "C" fn klieg_surface_create(
             let surface = match &evaluator.level {
                 Level::Surface(of_surface) => of_surface.import(&images, &format)?,
                 Level::Pictures(of_pictures) => of_pictures.import_surface(&images, &format)?,
-                Level::Scene(..) => return Err(draws_itself()),
+                Level::Scene(..) | Level::Cpu(..) => return Err(draws_itself()),
             };
             Ok(SurfaceBody { surface, evaluator: evaluator.number })
         })
@@ -230,7 +230,7 @@ pub unsafe extern "C" fn klieg_evaluator_record_view(
                 Level::Pictures(of_pictures) => {
                     of_pictures.record_view(commands, surface, &camera)?;
                 }
-                Level::Scene(..) => return Err(draws_itself()),
+                Level::Scene(..) | Level::Cpu(..) => return Err(draws_itself()),
             }
             Ok(())
         })
@@ -252,7 +252,7 @@ pub unsafe extern "C" fn klieg_evaluator_look(
             match &mut evaluator.level {
                 Level::Surface(of_surface) => of_surface.look(surface, &camera)?,
                 Level::Pictures(of_pictures) => of_pictures.look(surface, &camera)?,
-                Level::Scene(..) => return Err(draws_itself()),
+                Level::Scene(..) | Level::Cpu(..) => return Err(draws_itself()),
             }
             Ok(())
         })

@@ -29,7 +29,7 @@ pub(super) struct Options {
     #[command(flatten)]
     target: TargetOptions,
     /// Folder for the results, created where absent
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Number of clusters, as lights of a design: roles, or a number from 1 to 16 [default: 2]
     #[arg(long, value_name = "ROLES|NUMBER")]
@@ -116,7 +116,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     options.target.apply(&mut settings);
     settings.seed = options.seed.unwrap_or(settings.seed);
     let lights = options.lights.as_ref().unwrap_or(&settings.lights.roles).0.len();
-    let mut session = Session::open(&options.scene.scene, settings)?;
+    let mut session = Session::open(options.scene.path()?, settings)?;
     let inputs = session.inputs(options.scene.config());
     inputs.spare(&options.out, FILES)?;
     let mut staging = Staging::new(&options.out)?.sparing(inputs);

@@ -1,6 +1,7 @@
 //! All settings of a run: the defaults, what a TOML file changes, and their checks.
 //! `docs/CONFIGURATION.md` is the reference.
 
+use super::input;
 use super::optimizer::OptimizerName;
 use super::profile::ProfileName;
 use super::values::{Device, Lights, Size};
@@ -15,7 +16,7 @@ use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::{self, GeneticSettings, GreedySettings, ShadeSettings, StartSettings};
 use crate::render::{self, Background};
-use crate::scene::load::{FileAccess, LoadOptions, Moment, Orientation, Up, files};
+use crate::scene::load::{FileAccess, LoadOptions, Moment, Orientation, Up};
 use crate::{Error, Result};
 use clap::ValueEnum;
 use serde::de;
@@ -268,8 +269,8 @@ impl Settings {
         asked: Option<&'static Profile>,
         usual: &'static Profile,
     ) -> Result<Self> {
-        let text = files::text(path, MAX_BYTES).map_err(|fault| Error::input(path, fault))?;
-        let fault = |e: toml::de::Error| Error::input(path, e.to_string().trim_end());
+        let text = input::text(path, MAX_BYTES)?;
+        let fault = |e: toml::de::Error| Error::input(input::name(path), e.to_string().trim_end());
         Self::parse(&text, asked, usual).map_err(fault)
     }
 
@@ -323,10 +324,12 @@ impl Settings {
     /// [`Error::Argument`] that names the first setting out of its range.
     pub fn check(&self) -> Result<()> {
         if self.units.is_some_and(|units| !(units.is_finite() && units > 0.0)) {
-            return Err(Error::Argument("units are metres of a unit: a number above 0".into()));
+            return Err(Error::Argument(
+                "units must be more than 0: it is how many metres a unit has".into(),
+            ));
         }
         if self.memory == Some(0) {
-            return Err(Error::Argument("memory is 0 MiB: pictures need 1 or more".into()));
+            return Err(Error::Argument("memory is 0 MiB: it must be 1 or more".into()));
         }
         self.view.check()?;
         within("time_limit", self.time_limit.unwrap_or(1.0) as f32, f32::MIN_POSITIVE, f32::MAX)?;

@@ -29,7 +29,7 @@ pub(super) struct Options {
     #[command(flatten)]
     target: TargetOptions,
     /// Folder for the results, created where absent
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     #[command(flatten)]
     search: SearchOptions,
@@ -50,7 +50,7 @@ impl Options {
 pub(super) fn run(options: &Options) -> Result<()> {
     let settings = options.settings()?;
     let genome = settings.genome()?;
-    let mut session = Session::open(&options.scene.scene, settings)?;
+    let mut session = Session::open(options.scene.path()?, settings)?;
     let inputs = session.inputs(options.scene.config());
     inputs.spare(&options.out, designer::FILES)?;
     let mut staging = Staging::new(&options.out)?.sparing(inputs);
@@ -60,7 +60,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     if outcome.stopped {
         let generations = design.generations;
         let text = format!("stopped after {generations} generations: this is the best so far");
-        print::note(text);
+        tracing::info!("{text}");
     }
     if options.scene.json {
         print::out(json::text(&design)?)

@@ -64,16 +64,21 @@ fn optimizer(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer
     Ok(optimize::create(name, setup)?)
 }
 
-/// What measures small pictures of the view, where the settings ask for them.
-fn coarse(session: &mut Session) -> Result<Option<Engine>> {
-    let Some(small) = session.settings.coarse.view(&session.scene, &session.view)? else {
-        return Ok(None);
-    };
-    let objective = coarse::objective(&session.settings.objective, &session.view, &small);
+/// The small pictures that a search begins with, and how many generations there are in all; none where the settings do
+/// without, or the optimizer does not count generations.
+fn coarse_generations(session: &Session) -> Result<Option<(View, usize)>> {
+    let settings = &session.settings;
+    let small = settings.coarse.view(&session.scene, &session.view)?;
+    Ok(small.zip((settings.optimizer.0.generations)(&settings.optimizers())))
+}
+
+/// What measures small pictures of the view.
+fn coarse(session: &mut Session, small: &View) -> Result<Option<Engine>> {
+    let objective = coarse::objective(&session.settings.objective, &session.view, small);
     let settings = Settings { objective, ..session.settings.clone() };
     let shadows = session.evaluator.maps()?.shadows.as_ref();
     let occluders = shadows.map(|shadows| Arc::clone(shadows.occluders()));
-    let mut coarse = evaluator_on(&session.device, (&session.scene, &small), &settings, occluders)?;
+    let mut coarse = evaluator_on(&session.device, (&session.scene, small), &settings, occluders)?;
     // What is a few pixels wide may be none there.
     let seen = coarse.maps()?.counts.object() > 0;
     Ok(seen.then_some(coarse))
@@ -91,9 +96,8 @@ pub(super) fn search(
     let start = Instant::now();
     let genome = session.complete(genome)?;
     let mut search = optimizer(session, &genome)?;
-    let generations = (session.settings.optimizer.0.generations)(&session.settings.optimizers());
-    let coarse = match generations {
-        Some(generations) => coarse(session)?.map(|coarse| (coarse, generations)),
+    let coarse = match coarse_generations(session)? {
+        Some((small, generations)) => coarse(session, &small)?.map(|coarse| (coarse, generations)),
         None => None,
     };
     let (limit, settings) = (session.settings.time_limit, session.settings.coarse);
@@ -205,6 +209,7 @@ pub(super) fn write(
         pictures: &pictures,
         history: &outcome.history,
         settings,
+        coarse: coarse_generations(session)?.is_some(),
     };
     staging.write("report.html", sheet.render()?)?;
     let lit = staging.path(LIT);

@@ -93,6 +93,7 @@ fn show(listing: &Listing) -> String {
         ]);
     }
     let fault = listing.no_vulkan.as_ref().map(|fault| format!("\n{fault}\n"));
+    let table = print::wrapped(table);
     format!("{table}\n{}", fault.unwrap_or_default())
 }
 

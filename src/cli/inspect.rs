@@ -1,5 +1,6 @@
 //! `klieg inspect`: what is in a file, and what klieg does with it.
 
+use super::input::SceneFile;
 use super::options::LookOptions;
 use super::print;
 use crate::design::profile;
@@ -10,6 +11,7 @@ use crate::scene::{Scene, load};
 use crate::{Error, Result};
 use clap::Args;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -19,8 +21,8 @@ use std::path::PathBuf;
 /// cannot use the file, what can be done about that.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// The scene: a .gltf, .glb, .ply, .stl or .obj file
-    scene: PathBuf,
+    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one; '-' for glTF on standard input
+    scene: SceneFile,
     #[command(flatten)]
     look: LookOptions,
     /// Print JSON, and nothing else, on standard output
@@ -67,9 +69,10 @@ struct Drawn {
 pub(super) fn run(options: &Options) -> anyhow::Result<()> {
     let settings = options.look.settings(profile::DEFAULT)?;
     settings.check()?;
-    let contents = Contents::read(&options.scene)?;
+    let path = options.scene.path()?;
+    let contents = Contents::read(path)?;
     let loading = settings.loading();
-    let scene = load::load_with(&options.scene, loading.clone());
+    let scene = load::load_with(path, loading.clone());
     let pose = loading.moment.in_words(&contents.animations);
     let (drawn, left_out, fault) = match scene {
         Ok(scene) => (Some(Drawn::of(&scene, pose)?), scene.warnings, None),
@@ -78,7 +81,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<()> {
     let inspection = Inspection {
         schema: "klieg.inspect/1",
         klieg: env!("CARGO_PKG_VERSION"),
-        file: options.scene.display().to_string(),
+        file: path.display().to_string(),
         contents,
         drawn,
         left_out,
@@ -127,70 +130,119 @@ impl Drawn {
     /// For people.
     fn show(&self) -> String {
         let Self { triangles, instances, materials, radius, pose, .. } = self;
-        let mut text = format!(
-            "klieg draws\n  {triangles} triangles in {instances} drawings of meshes, {materials} materials\n  \
-             a scene of radius {radius:.3}\n  pose: {pose}\n"
-        );
-        let sizes: Vec<_> = self.textures.iter().map(|[w, h]| format!("{w}x{h}")).collect();
-        let of_view = match &self.cameras[..] {
-            [] => vec!["klieg's own framing".to_owned()],
-            cameras => cameras.to_vec(),
-        };
-        for (name, list) in
-            [("textures", &sizes), ("cameras", &of_view), ("lights of its own", &self.lights)]
-        {
-            if !list.is_empty() {
-                line(&mut text, name, list);
+        let instances = counted(*instances, "drawing", "drawings");
+        let materials = counted(*materials, "material", "materials");
+        let triangles = counted(*triangles as usize, "triangle", "triangles");
+        let mut text = String::from("\nWhat klieg draws\n");
+        line(&mut text, "geometry", &format!("{triangles} in {instances} of meshes, {materials}"));
+        line(&mut text, "textures", &sizes(&self.textures));
+        line(&mut text, "extent", &format!("a ball of radius {radius:.3} holds it"));
+        line(&mut text, "pose", pose);
+        let camera = match &self.cameras[..] {
+            [] => "klieg's own framing, which shows all of it: the file has none".to_owned(),
+            [only] => print::name(only),
+            [first, ..] => {
+                format!("{}, the first of {}", print::name(first), listed(&self.cameras))
             }
+        };
+        line(&mut text, "camera", &camera);
+        if !self.lights.is_empty() {
+            let lights = listed(&self.lights);
+            line(
+                &mut text,
+                "lights",
+                &format!("{lights}; 'design' replaces them, --keep-lights keeps them"),
+            );
         }
         text
     }
 }
 
-/// A list on a line, its first entries.
-fn line(text: &mut String, name: &str, list: &[String]) {
+/// A number of things in words.
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// How many textures there are of each size.
+fn sizes(textures: &[[u32; 2]]) -> String {
+    let mut sizes: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    textures.iter().for_each(|size| *sizes.entry(*size).or_default() += 1);
+    let each =
+        |([width, height], count): (&[u32; 2], &usize)| format!("{count} of {width}x{height}");
+    sizes.iter().rev().map(each).collect::<Vec<_>>().join(", ")
+}
+
+/// Bytes in words.
+fn bytes_in_words(bytes: u64) -> String {
+    let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
+    let unit = units.into_iter().find(|&(power, _)| bytes >> power > 0);
+    unit.map_or(format!("{bytes} bytes"), |(power, unit)| {
+        format!("{:.1} {unit}", bytes as f64 / f64::from(1 << power))
+    })
+}
+
+/// The first entries of a list.
+fn listed(list: &[String]) -> String {
     const SHOWN: usize = 8;
     let shown: Vec<_> = list.iter().take(SHOWN).map(|entry| print::name(entry)).collect();
     let more = list.len().saturating_sub(SHOWN);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    // Writing to a string does not fail.
-    let _ = writeln!(text, "  {name}: {}{more}", shown.join(", "));
+    format!("{}{more}", shown.join(", "))
 }
+
+/// What is said of something, where anything is.
+fn line(text: &mut String, name: &str, value: &str) {
+    if !value.is_empty() {
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "  {name:<11} {value}");
+    }
+}
+
+/// What people call glTF's lists; those that mean nothing to them are left out.
+const LISTS: [(&str, &str, &str); 8] = [
+    ("nodes", "node", "nodes"),
+    ("meshes", "mesh", "meshes"),
+    ("primitives", "primitive", "primitives"),
+    ("morphTargets", "morph target", "morph targets"),
+    ("skins", "skin", "skins"),
+    ("materials", "material", "materials"),
+    ("cameras", "camera", "cameras"),
+    ("lights", "light", "lights"),
+];
 
 impl Inspection {
     /// For people.
     fn show(&self) -> String {
         let Contents { container, bytes, version, generator, counts, .. } = &self.contents;
-        let mut text = format!("{}: {container} {version}, {bytes} bytes", print::name(&self.file));
+        let name = print::name(&self.file);
+        let mut text = format!("{name}: {container} {version}, {}", bytes_in_words(*bytes));
         if !generator.is_empty() {
-            text += &format!(", by {}", print::name(generator));
+            text += &format!(", written by {}", print::name(generator));
         }
-        text += "\nit holds\n";
-        let number = |(name, count): (&String, &usize)| format!("{count} {name}");
-        let counts: Vec<_> = counts.iter().filter(|(_, count)| **count > 0).map(number).collect();
-        text += &format!("  {}\n", counts.join(", "));
-        let images: Vec<_> = self.contents.images.iter().map(number).collect();
+        text += "\n\nWhat the file holds\n";
+        let part = |&(key, one, many): &(&str, &str, &str)| {
+            let count = counts.get(key).copied().filter(|&count| count > 0)?;
+            Some(counted(count, one, many))
+        };
+        let parts: Vec<_> = LISTS.iter().filter_map(part).collect();
+        line(&mut text, "parts", &parts.join(", "));
+        let kind = |(name, count): (&String, &usize)| format!("{count} {name}");
+        let images: Vec<_> = self.contents.images.iter().map(kind).collect();
+        line(&mut text, "images", &images.join(", "));
         let animation = |animation: &load::contents::AnimationInfo| {
             let name = if animation.name.is_empty() { "unnamed" } else { &animation.name };
             format!("{name} ({:.2} s)", animation.seconds)
         };
         let animations: Vec<_> = self.contents.animations.iter().map(animation).collect();
-        for (name, list) in [
-            ("images", &images),
-            ("animations", &animations),
-            ("extensions", &self.contents.extensions_used),
-        ] {
-            if !list.is_empty() {
-                line(&mut text, name, list);
-            }
-        }
+        line(&mut text, "animations", &listed(&animations));
+        line(&mut text, "extensions", &listed(&self.contents.extensions_used));
         text += &self.drawn.as_ref().map(Drawn::show).unwrap_or_default();
         if !self.left_out.is_empty() {
-            text += "klieg leaves out or replaces\n";
+            text += "\nWhat klieg leaves out or replaces\n";
             text.extend(self.left_out.iter().map(|warning| format!("  {warning}\n")));
         }
         if let Some(fault) = &self.fault {
-            text += &format!("klieg cannot use it\n  {fault}\n");
+            text += &format!("\nklieg cannot use it\n  {fault}\n");
         }
         if self.fault.is_some() && !self.contents.extensions_required.is_empty() {
             text += "  Export it without the extensions that klieg does not read, or let a tool such as\n  \

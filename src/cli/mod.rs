@@ -8,8 +8,10 @@ mod design;
 mod designer;
 mod device;
 mod devices;
+mod input;
 mod inspect;
 mod lights;
+mod messages;
 pub mod optimizer;
 mod options;
 mod paper;
@@ -22,6 +24,7 @@ mod render;
 mod rig;
 mod score;
 mod session;
+mod shell;
 mod study;
 mod terms;
 mod thumbnail;
@@ -34,6 +37,8 @@ use clap::{Parser, Subcommand};
 #[derive(Debug, Parser)]
 #[command(name = "klieg", version, about, propagate_version = true)]
 pub struct Cli {
+    #[command(flatten)]
+    verbosity: messages::Verbosity,
     #[command(subcommand)]
     command: Command,
 }
@@ -55,6 +60,8 @@ enum Command {
     Study(study::Options),
     Paper(paper::Options),
     Bench(bench::Options),
+    Completions(shell::Completions),
+    Man(shell::Man),
 }
 
 /// Runs a command.
@@ -62,6 +69,7 @@ enum Command {
 /// # Errors
 /// What went wrong, with what was being done; [`exit_code`] tells whose fault it is.
 pub fn run(cli: Cli) -> anyhow::Result<()> {
+    cli.verbosity.listen();
     match cli.command {
         Command::Design(options) => design::run(&options),
         Command::Batch(options) => batch::run(&options),
@@ -76,6 +84,8 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Study(options) => study::run(&options),
         Command::Paper(options) => paper::run(&options),
         Command::Bench(options) => bench::run(&options),
+        Command::Completions(options) => shell::completions(&options),
+        Command::Man(options) => shell::man(&options),
     }
 }
 
@@ -89,7 +99,7 @@ pub fn exit_code(error: &anyhow::Error) -> u8 {
 
 /// Tells of an error on standard error.
 pub fn tell(error: &anyhow::Error) {
-    print::note(format_args!("klieg: error: {}", describe(error)));
+    tracing::error!("{}", describe(error));
 }
 
 /// An error and its causes in one line; a cause that the text before it already tells is left out.

@@ -1,6 +1,7 @@
 //! Options that several subcommands share, and how they change the settings.
 
 use super::config::{CameraKey, First, Pipeline, PoseSettings, Settings, ViewSettings};
+use super::input::SceneFile;
 use super::lights::{Intensities, LightOptions, kinds};
 use super::optimizer::OptimizerName;
 use super::profile::ProfileOptions;
@@ -16,8 +17,8 @@ use std::path::{Path, PathBuf};
 /// The scene, how it is looked at, and how pictures are judged.
 #[derive(Debug, Args)]
 pub(super) struct SceneOptions {
-    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one
-    pub scene: PathBuf,
+    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one; '-' for glTF on standard input
+    scene: SceneFile,
     #[command(flatten)]
     look: LookOptions,
     /// Print JSON, and nothing else, on standard output
@@ -67,7 +68,7 @@ pub(super) struct LookOptions {
     allow_large: bool,
     #[command(flatten)]
     pose: PoseOptions,
-    /// Read settings from a TOML file; options on the command line go before them
+    /// Read settings from a TOML file, '-' for standard input; options on the command line override the file
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
     /// Whether lights cast shadows [default: the profile's; natural: on]
@@ -222,6 +223,14 @@ impl SceneOptions {
     /// The configuration file.
     pub fn config(&self) -> Option<&Path> {
         self.look.config()
+    }
+
+    /// As [`SceneFile::path`].
+    ///
+    /// # Errors
+    /// The same.
+    pub fn path(&self) -> Result<&Path> {
+        self.scene.path()
     }
 }
 

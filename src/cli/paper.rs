@@ -34,7 +34,7 @@ const SCENES: [(&str, &[u8]); 2] = [
 #[derive(Debug, Args)]
 pub(super) struct Options {
     /// Folder for the results, created where absent
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// A smoke test in under a minute: small pictures, few runs, verdicts that mean little
     #[arg(long)]

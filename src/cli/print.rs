@@ -1,21 +1,33 @@
 //! Results for people, and the way to standard output.
 
-use crate::objective::Terms;
+use crate::objective::Quality;
 use crate::report::json::{Design, LightRecord, Score};
 use crate::report::text::visible;
+use anstyle::Style;
 use anyhow::{Context, Result};
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
+
+/// Most columns of a table.
+const WIDTH: u16 = 80;
 
 /// Writes to standard output, control characters escaped. A reader that has seen enough and gone away is no failure.
 ///
 /// # Errors
 /// When it cannot be written to.
 pub(super) fn out(text: impl Display) -> Result<()> {
+    bytes(visible(&text.to_string()).as_bytes())
+}
+
+/// Writes to standard output what is no text for people.
+///
+/// # Errors
+/// As [`out`].
+pub(super) fn bytes(bytes: &[u8]) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(visible(&text.to_string()).as_bytes()).and_then(|()| stdout.flush()) {
+    match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         result => result.context("cannot write to standard output"),
     }
@@ -24,6 +36,12 @@ pub(super) fn out(text: impl Display) -> Result<()> {
 /// Writes a line to standard error. Where it cannot be written, nobody is there to read it.
 pub(super) fn note(text: impl Display) {
     let _ = std::io::stderr().write_all(visible(&format!("{text}\n")).as_bytes());
+}
+
+/// The same with words before it, the second of which has a style.
+pub(super) fn styled_note((first, name, style): (&str, &str, Style), text: &str) {
+    let line = format!("{first}{style}{name}{style:#}{}\n", visible(text));
+    let _ = anstream::stderr().write_all(line.as_bytes());
 }
 
 /// A name as a table has it: one line.
@@ -38,10 +56,7 @@ pub(super) fn written(files: &[PathBuf]) -> String {
 
 /// What a design found, and where it stands.
 pub(super) fn design(design: &Design, files: &[PathBuf]) -> String {
-    let mut qualities = columns(&["", "F"], &names(&design.quality.terms));
-    for (name, quality) in [("headlight", &design.headlight), ("designed", &design.quality)] {
-        qualities.add_row(quality_row(name, quality.score, &quality.terms));
-    }
+    let qualities = qualities(&[("headlight", &design.headlight), ("designed", &design.quality)]);
     let (generations, evaluations) = (design.generations, design.evaluations);
     let seconds = design.timing_ms.search / 1e3;
     let own = design.scene_lights.in_words().map_or(String::new(), |words| format!("{words}\n\n"));
@@ -54,18 +69,23 @@ pub(super) fn design(design: &Design, files: &[PathBuf]) -> String {
 
 /// A rig's quality.
 pub(super) fn score(score: &Score) -> String {
-    let mut qualities = columns(&["", "F"], &names(&score.quality.terms));
-    qualities.add_row(quality_row(score.rig, score.quality.score, &score.quality.terms));
+    let qualities = qualities(&[(score.rig, &score.quality)]);
     format!("{qualities}\n\n{}\n", lights(&score.lights))
 }
 
-fn names(terms: &Terms) -> Vec<&'static str> {
-    terms.names().collect()
-}
-
-fn quality_row(name: &str, score: f32, terms: &Terms) -> Vec<String> {
-    let numbers = [score].into_iter().chain(terms.values());
-    [name.into()].into_iter().chain(numbers.map(|x| format!("{x:.4}"))).collect()
+/// `F` and its terms, a column for each rig; all have the same terms.
+fn qualities(rigs: &[(&str, &Quality)]) -> Table {
+    let names: Vec<_> = rigs.iter().map(|(name, _)| *name).collect();
+    let mut table = columns(&[""], &names);
+    let mut row = |name: &str, value: &dyn Fn(&Quality) -> f32| {
+        let values = rigs.iter().map(|(_, quality)| format!("{:.4}", value(quality)));
+        table.add_row([name.to_owned()].into_iter().chain(values));
+    };
+    row("F", &|quality| quality.score);
+    for (at, name) in rigs.iter().take(1).flat_map(|(_, q)| q.terms.names()).enumerate() {
+        row(name, &|quality| quality.terms.values().nth(at).unwrap_or(f32::NAN));
+    }
+    table
 }
 
 fn lights(lights: &[LightRecord]) -> Table {
@@ -84,6 +104,12 @@ fn lights(lights: &[LightRecord]) -> Table {
             format!("{:.3}", light.specular),
         ]);
     }
+    table
+}
+
+/// The table with long texts broken into lines, so that it fits.
+pub(super) fn wrapped(mut table: Table) -> Table {
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
     table
 }
 

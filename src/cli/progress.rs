@@ -6,6 +6,7 @@ use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use tracing::{Level, enabled};
 
 /// Exit code of a run that a second Ctrl-C ends at once: 128 + SIGINT.
 const KILLED: i32 = 130;
@@ -45,7 +46,7 @@ impl Interrupt {
 /// A progress bar on a terminal's standard error, nothing elsewhere; a spinner where the end is not
 /// known.
 pub(super) fn bar(total: Option<u64>, template: &str, quiet: bool) -> ProgressBar {
-    if quiet || !std::io::stderr().is_terminal() {
+    if quiet || !enabled!(Level::INFO) || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
     let bar = total.map_or_else(ProgressBar::no_length, ProgressBar::new);

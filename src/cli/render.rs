@@ -1,5 +1,6 @@
 //! `klieg render`: a final picture of a lit scene.
 
+use super::input::{self, SceneFile};
 use super::options::LookOptions;
 use super::picture::{self, PictureOptions};
 use super::print;
@@ -16,6 +17,7 @@ use crate::scene::{self, Scene};
 use crate::{Error, Result};
 use clap::Args;
 use std::ffi::OsString;
+use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 /// Render a lit scene
@@ -24,16 +26,16 @@ use std::path::{Path, PathBuf};
 /// (KHR_lights_punctual), those of a result.json, or a usual rig.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one
-    scene: PathBuf,
-    /// The picture, a PNG file; its folder is created where absent
-    #[arg(long, value_name = "FILE.png")]
+    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one; '-' for glTF on standard input
+    scene: SceneFile,
+    /// The picture, a PNG file, whose folder is created where absent; '-' for standard output
+    #[arg(short, long, value_name = "FILE.png")]
     out: PathBuf,
     /// Picture size in pixels [default: 512x512, or the size stored with a camera klieg wrote]
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
-    /// Lights from a file: a result.json, or an array of lights as it has them. They stand where it says
-    /// in the camera's frame and in scene radii, of whatever scene
+    /// Lights from a file: a result.json, or an array of lights as it has them; '-' for standard input. They
+    /// stand where it says in the camera's frame and in scene radii, of whatever scene
     #[arg(long, value_name = "FILE.json", conflicts_with = "preset")]
     rig: Option<PathBuf>,
     /// A usual rig
@@ -50,19 +52,19 @@ pub(super) fn run(options: &Options) -> anyhow::Result<()> {
     settings.view.size = options.size.or(settings.view.size);
     options.picture.apply(&mut settings);
     settings.check()?;
-    let scene = session::load(&options.scene, &settings.loading())?;
+    let scene = session::load(options.scene.path()?, &settings.loading())?;
     let view = session::view(&scene, &settings.view)?;
     let rig = lights(options, &scene, &view)?;
     let mut inputs = session::inputs(&scene, options.look.config());
     inputs.extend(Inputs::new(&options.rig));
-    let file = File::new(&options.out, inputs)?;
+    let place = Place::new(&options.out, inputs)?;
     let occluders = picture::occluders(&scene, &view, &settings)?;
     let drawn = picture::draw((&scene, &view), occluders.as_ref(), &settings, &[&rig])?;
     let picture = &drawn[0];
     if picture.object == 0.0 {
         return Err(session::sees_nothing(&scene, &view).into());
     }
-    print::out(print::written(&file.write(&report::picture::final_png(&picture.image)?)?))
+    place.write(&report::picture::final_png(&picture.image)?)
 }
 
 /// The lights that the options name.
@@ -82,19 +84,27 @@ fn lights(options: &Options, scene: &Scene, view: &View) -> Result<Rig> {
     Ok(rig)
 }
 
-/// A picture's file, which appears whole or not at all.
-pub(super) struct File {
-    folder: PathBuf,
-    name: OsString,
-    inputs: Inputs,
+/// Where a picture goes.
+pub(super) enum Place {
+    /// Standard output.
+    Output,
+    /// A file, which appears whole or not at all.
+    File { folder: PathBuf, name: OsString, inputs: Inputs },
 }
 
-impl File {
-    /// The file at `path`, which must not replace any of `inputs`.
+impl Place {
+    /// Standard output, or the file at `path`, which must not replace any of `inputs`.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a path that names no file, or an input.
+    /// [`Error::Argument`] for a path that names no file, or an input, and for a terminal.
     pub fn new(path: &Path, inputs: Inputs) -> Result<Self> {
+        if input::is_standard(path) {
+            if std::io::stdout().is_terminal() {
+                let fault = "a terminal shows no picture: name a file, or redirect standard output";
+                return Err(Error::Argument(fault.into()));
+            }
+            return Ok(Self::Output);
+        }
         let fault = || Error::Argument(format!("{} names no file", path.display()));
         let name = path.file_name().ok_or_else(fault)?;
         if path.is_dir() {
@@ -103,16 +113,17 @@ impl File {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
         inputs.spare(folder, [name])?;
-        Ok(Self { folder: folder.into(), name: name.into(), inputs })
+        Ok(Self::File { folder: folder.into(), name: name.into(), inputs })
     }
 
-    /// Writes it, and gives its path; its folder is created where absent.
+    /// Writes the picture and tells the file; its folder is created where absent.
     ///
     /// # Errors
-    /// [`Error::Output`].
-    pub fn write(&self, contents: &[u8]) -> Result<Vec<PathBuf>> {
-        let mut staging = Staging::new(&self.folder)?.sparing(self.inputs.clone());
-        staging.write(&self.name, contents)?;
-        staging.publish()
+    /// [`Error::Output`], and standard output that cannot be written to.
+    pub fn write(&self, contents: &[u8]) -> anyhow::Result<()> {
+        let Self::File { folder, name, inputs } = self else { return print::bytes(contents) };
+        let mut staging = Staging::new(folder)?.sparing(inputs.clone());
+        staging.write(name, contents)?;
+        print::out(print::written(&staging.publish()?))
     }
 }

@@ -1,7 +1,7 @@
 //! Rigs that klieg wrote as JSON.
 
+use super::input;
 use crate::lighting::{Color, Cone, Light, LightKind, Rig, Role, check_number};
-use crate::scene::load::files;
 use crate::scene::view::View;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -50,8 +50,8 @@ struct Entry {
 /// [`Error::Input`] for a file that cannot be read, holds no lights, or one with a value out of its range, and
 /// [`Error::Argument`] for more lights than a rig can have.
 pub(super) fn read(path: &Path, view: &View) -> Result<Rig> {
-    let fault = |fault: &dyn std::fmt::Display| Error::input(path, fault);
-    let text = files::text(path, MAX_BYTES).map_err(|error| fault(&error))?;
+    let fault = |fault: &dyn std::fmt::Display| Error::input(input::name(path), fault);
+    let text = input::text(path, MAX_BYTES)?;
     let file = serde_json::from_str(&text).map_err(|error: serde_json::Error| {
         fault(&format!("is neither a result of klieg nor an array of its lights: {error}"))
     })?;

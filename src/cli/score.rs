@@ -68,7 +68,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
         return Err(crate::Error::Argument(fault.into()).into());
     }
     let kind = options.kind.unwrap_or(settings.lights.kind);
-    let mut session = Session::open(&options.scene.scene, settings)?;
+    let mut session = Session::open(options.scene.path()?, settings)?;
     let (source, rig) = rig(options, kind, &session)?;
     let inspection = session.evaluator.inspect(&rig)?;
     let score = Score {

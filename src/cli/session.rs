@@ -4,7 +4,6 @@ use super::config::Settings;
 use super::device::{self, Opened};
 use super::picture;
 use super::pipelines::Stored;
-use super::print;
 use super::profile::ProfileName;
 use super::values::Device;
 pub(super) use super::view::{SIZE, view};
@@ -115,7 +114,13 @@ impl Loaded {
     pub fn read(path: &Path, options: &LoadOptions) -> crate::Result<Self> {
         let start = Instant::now();
         let scene = Arc::new(scene::load::load_with(path, options.clone())?);
-        Ok(Self { scene, load: milliseconds(start) })
+        let load = milliseconds(start);
+        let (files, triangles) = (scene.files.len(), scene.polygons());
+        tracing::debug!(
+            "read {} ({files} files, {triangles} triangles) in {load:.0} ms",
+            path.display()
+        );
+        Ok(Self { scene, load })
     }
 }
 
@@ -152,6 +157,11 @@ impl Session {
         note_coarse_shadows(&mut evaluator, &settings.shadows)?;
         let kept = kept(&scene, &view, &settings)?;
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
+        let (camera, width, height) = (&view.camera.name, view.width, view.height);
+        tracing::debug!(
+            "looked through {camera} at {width}x{height} pixels in {:.0} ms, the device's opening included",
+            timing.maps
+        );
         let device = device.clone();
         Ok(Self { scene, view, evaluator, settings, timing, kept, device, begin })
     }
@@ -252,7 +262,7 @@ pub(super) fn inputs(scene: &Scene, config: Option<&Path>) -> Inputs {
 
 /// Prints warnings.
 pub(super) fn warn(warnings: &[String]) {
-    warnings.iter().for_each(|warning| print::note(format_args!("klieg: warning: {warning}")));
+    warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
 }
 
 /// The scene's own lights, where the settings keep them.
@@ -344,7 +354,7 @@ pub(super) fn announce(evaluator: &Engine) {
         Engine::Vulkan { gpu, .. } => format!(", pipeline {}", gpu.pipeline()),
     };
     let (name, kind, driver) = (&device.name, device.kind, &device.driver);
-    print::note(format_args!("device: {name} ({kind}, {driver}){pipeline}"));
+    tracing::info!("device: {name} ({kind}, {driver}){pipeline}");
 }
 
 /// Time since `start`.

@@ -74,5 +74,5 @@ fn show(listing: &Listing) -> String {
     for &Entry { name, meaning, ref needs, weight, .. } in &listing.terms {
         table.add_row([name.into(), meaning.into(), needs.join(", "), format!("{weight:.2}")]);
     }
-    format!("{table}\n")
+    format!("{}\n", print::wrapped(table))
 }

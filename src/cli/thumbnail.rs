@@ -1,12 +1,13 @@
 //! `klieg thumbnail`: a small picture of a model under lights that were found for it.
 
 use super::config::Settings;
+use super::input::SceneFile;
 use super::options::LookOptions;
 use super::picture::PictureOptions;
-use super::render::File;
+use super::render::Place;
 use super::session::{self, Loaded, Session, warn};
 use super::values::{Device, Size};
-use super::{designer, device, print};
+use super::{designer, device};
 use crate::design::profile;
 use crate::report;
 use anyhow::Result;
@@ -30,9 +31,9 @@ const SHADOW_SIDE: u32 = 15;
 /// CPU. The same file gives the same picture.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one
-    scene: PathBuf,
-    /// The picture, a PNG file; its folder is created where absent
+    /// Scene: a .gltf or .glb file, or a .ply, .stl or .obj one; '-' for glTF on standard input
+    scene: SceneFile,
+    /// The picture, a PNG file, whose folder is created where absent; '-' for standard output
     out: PathBuf,
     /// Picture size in pixels
     #[arg(long, value_name = "WxH", default_value = "256x256")]
@@ -50,9 +51,9 @@ pub(super) fn run(options: &Options) -> Result<()> {
     shorten(&mut settings, options.size);
     settings.check()?;
     let genome = settings.genome()?;
-    let loaded = Loaded::read(&options.scene, &settings.loading())?;
+    let loaded = Loaded::read(options.scene.path()?, &settings.loading())?;
     let inputs = session::inputs(&loaded.scene, options.look.config());
-    let file = File::new(&options.out, inputs)?;
+    let place = Place::new(&options.out, inputs)?;
     warn(&loaded.scene.warnings);
     let device = device::open(&settings.device, &settings)?;
     let mut session = Session::on(&device, loaded, settings, begin)?;
@@ -60,7 +61,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     session.settings.view.size = Some(options.size);
     let view = session::view(&session.scene, &session.settings.view)?;
     let drawn = session.render(&view, &[&outcome.rig])?;
-    print::out(print::written(&file.write(&report::picture::final_png(&drawn[0].image)?)?))
+    place.write(&report::picture::final_png(&drawn[0].image)?)
 }
 
 /// Lets the search be short, with pictures of the shape of `size`.

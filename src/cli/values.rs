@@ -223,7 +223,7 @@ impl FromStr for Weights {
 
 fn weight_value(text: &str) -> Result<f32, String> {
     let value = number(text)?;
-    if value < 0.0 { Err(format!("weight {value} is negative")) } else { Ok(value) }
+    if value < 0.0 { Err(format!("weight is {value}: it must be 0 or more")) } else { Ok(value) }
 }
 
 /// Columns and rows of a landscape.
@@ -295,13 +295,13 @@ impl FromStr for LightArg {
             .map_err(|v: Vec<_>| format!("{} numbers instead of 5 (el,az,R,Id,Is)", v.len()))?;
         let [elevation, azimuth, distance, diffuse, specular] = values;
         if !(-90.0..=90.0).contains(&elevation) || !(-360.0..=360.0).contains(&azimuth) {
-            return Err("elevation is -90 to 90 and azimuth -360 to 360 degrees".into());
+            return Err("elevation must be -90 to 90, azimuth -360 to 360 degrees".into());
         }
         if distance <= 0.0 {
-            return Err(format!("distance {distance}: it must be more than 0 scene radii"));
+            return Err(format!("distance is {distance}: it must be more than 0 scene radii"));
         }
         if diffuse < 0.0 || specular < 0.0 {
-            return Err("intensities must not be negative".into());
+            return Err("intensities must be 0 or more".into());
         }
         Ok(Self(values))
     }

@@ -83,7 +83,7 @@ pub(crate) fn check_number(lights: usize) -> Result<()> {
     if (1..=MAX_LIGHTS).contains(&lights) {
         Ok(())
     } else {
-        Err(Error::Argument(format!("{lights} lights: a rig has 1 to {MAX_LIGHTS} of them")))
+        Err(Error::Argument(format!("{lights} lights: there must be 1 to {MAX_LIGHTS}")))
     }
 }
 

@@ -102,7 +102,7 @@ impl GeneticSettings {
         let fault = |text: String| Err(Error::Argument(text));
         let (population, tournament) = (self.population, self.tournament);
         if !(2..=MAX_POPULATION).contains(&population) {
-            return fault(format!("a population of {population}: it is 2 to {MAX_POPULATION}"));
+            return fault(format!("population is {population}: it must be 2 to {MAX_POPULATION}"));
         }
         if !(1..=MAX_POPULATION).contains(&tournament) {
             return fault(format!("a tournament of {tournament}: it is 1 to {MAX_POPULATION}"));

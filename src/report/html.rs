@@ -28,6 +28,8 @@ pub struct Sheet<'a> {
     pub history: &'a [Progress],
     /// The search's settings, in words.
     pub settings: String,
+    /// Whether its first generations looked at small pictures.
+    pub coarse: bool,
 }
 
 /// A final picture and what is known of it.
@@ -135,6 +137,7 @@ impl Sheet<'_> {
             radius => radius,
             own_lights => self.design.scene_lights.in_words(),
             settings => self.settings.clone(),
+            coarse => self.coarse,
         };
         let page = environment.get_template("report.html")?.render(page);
         Ok(visible(&page.context("the report's template")?).into_owned())

@@ -56,7 +56,7 @@ pub fn rig(scene: &Scene, view: &View) -> Result<(Rig, Vec<String>)> {
     if scene.lights.len() > MAX_LIGHTS {
         let (path, count) = (scene.path.display(), scene.lights.len());
         return Err(Error::Argument(format!(
-            "{path} has {count} lights: a rig has at most {MAX_LIGHTS}"
+            "{path} has {count} lights: there may be at most {MAX_LIGHTS}"
         )));
     }
     let written = scene.lights.iter().filter(|light| klieg_block(light).is_some());

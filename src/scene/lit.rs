@@ -53,10 +53,35 @@ pub fn write(
     rig: &[Light],
     out: &Path,
 ) -> Result<()> {
+    lit(source, options.into(), view, rig)?.write(out)
+}
+
+/// As [`write`], into memory.
+///
+/// # Errors
+/// As [`write`], without `out`.
+pub fn glb(
+    source: &Path,
+    options: impl Into<LoadOptions>,
+    view: &View,
+    rig: &[Light],
+) -> Result<Vec<u8>> {
+    lit(source, options.into(), view, rig)?.glb()
+}
+
+/// Writes the bytes of [`glb`] to a file: whole under its name, or not at all.
+///
+/// # Errors
+/// [`Error::Output`].
+pub fn save(glb: &[u8], out: &Path) -> Result<()> {
+    document::save(out, |to| to.write_all(glb))
+}
+
+/// The lit scene.
+fn lit(source: &Path, options: LoadOptions, view: &View, rig: &[Light]) -> Result<Document> {
     let (scene_lights, rig): (Vec<Light>, Vec<Light>) =
         rig.iter().copied().partition(|light| light.role == Role::Scene);
     rig.iter().try_for_each(check)?;
-    let options = options.into();
     let mut document = Document::read(source, &options.orientation)?;
     strip::strip(&mut document.root);
     if scene_lights.is_empty() {
@@ -72,7 +97,7 @@ pub fn write(
         .ok_or_else(|| document.fault("'cameras' is not an array"))?;
     let to_front = |roots: &mut Vec<Value>, node| roots.insert(0, node);
     add_node(&mut document, scene, camera_node(view, index), to_front)?;
-    document.write(out)
+    Ok(document)
 }
 
 /// Refuses a light that glTF cannot express.

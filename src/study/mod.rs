@@ -43,7 +43,7 @@ pub struct Subject<'a> {
 /// [`Error::Argument`] unless `runs` is 1 to [`MAX_RUNS`].
 pub fn seeds(seed: u64, runs: usize) -> Result<Vec<u64>> {
     if !(1..=MAX_RUNS).contains(&runs) {
-        return Err(Error::Argument(format!("{runs} runs: a study has 1 to {MAX_RUNS} of them")));
+        return Err(Error::Argument(format!("runs is {runs}: it must be 1 to {MAX_RUNS}")));
     }
     Ok((0..runs as u64).map(|run| seed.wrapping_add(run)).collect())
 }

@@ -122,24 +122,6 @@ static klieg_evaluator *level_1(const klieg_context *context) {
     return evaluator;
 }
 
-/* An orthographic look along -z at a depth that waves. */
-static const klieg_engine_camera CAMERA = {
-    .view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, -2, 1},
-    .projection = {1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -0.25, 0, 0, 0, 0, 1},
-    .center = {0, 0, 0},
-    .radius = 1.5};
-
-static picture make_depth(void) {
-    floats content = make_floats(PIXELS);
-    for (int i = 0; i < PIXELS; i++) {
-        const int x = i % SIDE, y = i / SIDE;
-        content.mapped[i] = x < 4 ? 1.0f : 0.4f + 0.003f * (float)((x - 18) * (x - 18) + y) / 4.0f;
-    }
-    picture depth = make_picture(1, content.buffer);
-    drop_floats(content);
-    return depth;
-}
-
 static klieg_surface *take_surface(klieg_evaluator *evaluator, picture depth) {
     const klieg_surface_images images = {.depth = {depth.view, VK_IMAGE_LAYOUT_GENERAL}};
     const klieg_surface_images none = {0};

@@ -23,7 +23,8 @@ impl Folder {
     /// `klieg` in this folder, on the native evaluator unless `arguments` name a device.
     pub fn klieg(&self, arguments: &[&str]) -> Command {
         let mut command = klieg(arguments);
-        let without_device = ["devices", "terms", "render", "thumbnail", "inspect"];
+        let without_device =
+            ["devices", "terms", "render", "thumbnail", "inspect", "completions", "man"];
         if !without_device.contains(&arguments[0]) && !arguments.contains(&"--device") {
             command.args(["--device", "cpu"]);
         }

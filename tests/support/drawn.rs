@@ -34,7 +34,7 @@ pub fn borrow(engine: &Engine, picture_memory: Option<u64>) -> Arc<Context> {
 pub struct Drawn<'a> {
     pub engine: &'a Engine,
     pub maps: Maps,
-    images: SurfaceImages,
+    pub images: SurfaceImages,
     _textures: [Texture<'a>; 3],
 }
 

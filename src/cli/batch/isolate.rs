@@ -6,7 +6,7 @@ use super::record::{Record, Report};
 use super::{Batch, Made};
 use crate::Error;
 use crate::cli::config::Settings;
-use crate::cli::print;
+use crate::cli::{messages, print};
 use crate::report::json;
 use anyhow::{Context, Result, anyhow};
 use serde::{Deserialize, Serialize};
@@ -48,6 +48,7 @@ pub fn design(item: &Item, out: &Path, announce: bool) -> Result<Report> {
     let program = std::env::current_exe().context("looking for klieg's own program")?;
     let mut process = Command::new(program)
         .arg(COMMAND)
+        .args(messages::like_this_process())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()

@@ -1,9 +1,9 @@
 //! From folders, lists and files to the designs of a batch.
 
 use crate::cli::config::{CameraKey, Settings, ViewSettings};
+use crate::cli::input;
 use crate::cli::values::{Lights, Size};
 use crate::lighting::LightKind;
-use crate::scene::load::files;
 use crate::{Error, Result};
 use serde::Deserialize;
 use std::collections::HashSet;
@@ -63,20 +63,22 @@ struct List {
 /// looked at.
 pub fn gather(inputs: &[PathBuf], out: &Path, settings: &Settings) -> Result<Vec<Item>> {
     let mut gathered = Gathered::new(settings);
-    for input in inputs {
-        if input.is_dir() {
-            gathered.folder(input, out)?;
-        } else if is_scene(input) {
-            gathered.scene(input, input);
-        } else if has_extension(input, &["toml"]) {
-            gathered.toml(input)?;
-        } else if has_extension(input, &["txt"]) {
-            gathered.text(input)?;
-        } else if input.exists() {
+    for given in inputs {
+        if input::is_standard(given) {
+            gathered.text(given)?;
+        } else if given.is_dir() {
+            gathered.folder(given, out)?;
+        } else if is_scene(given) {
+            gathered.scene(given, given);
+        } else if has_extension(given, &["toml"]) {
+            gathered.toml(given)?;
+        } else if has_extension(given, &["txt"]) {
+            gathered.text(given)?;
+        } else if given.exists() {
             let fault = "is neither a folder, a scene (.gltf, .glb, .ply, .stl or .obj), nor a list (.toml or .txt)";
-            return Err(Error::input(input, fault));
+            return Err(Error::input(given, fault));
         } else {
-            return Err(Error::input(input, "file not found"));
+            return Err(Error::input(given, "file not found"));
         }
     }
     Ok(gathered.items)
@@ -153,7 +155,7 @@ impl<'a> Gathered<'a> {
             self.scene(&beside(list, Path::new(line)), Path::new(line));
         }
         if self.items.len() == before {
-            return Err(Error::input(list, "it names no scene"));
+            return Err(Error::input(input::name(list), "it names no scene"));
         }
         Ok(())
     }
@@ -262,7 +264,7 @@ fn clean(name: &str) -> String {
 }
 
 fn read(list: &Path) -> Result<String> {
-    files::text(list, MAX_LIST).map_err(|fault| Error::input(list, fault))
+    input::text(list, MAX_LIST)
 }
 
 /// A path that a list names.

@@ -39,13 +39,13 @@ use std::time::{Duration, Instant};
 /// designs stay.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// Folders, searched for .gltf, .glb, .ply, .stl and .obj files, such files, and lists: a .txt file with a path in
-    /// each line, or a .toml file of [[item]] tables with 'scene' and, where it differs, 'name',
+    /// Folders, searched for .gltf, .glb, .ply, .stl and .obj files, such files, and lists: a .txt file, or '-' for
+    /// standard input, with a path in each line, or a .toml file of [[item]] tables with 'scene' and, where it differs, 'name',
     /// 'camera', 'azimuth', 'elevation', 'fov', 'fill', 'size', 'lights', 'kind' and 'seed'
     #[arg(required = true, value_name = "FOLDER|LIST|SCENE")]
     inputs: Vec<PathBuf>,
     /// Folder for the results, created where absent
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     #[command(flatten)]
     look: LookOptions,
@@ -184,6 +184,9 @@ impl<'a> Batch<'a> {
         self.note()?;
         let interrupt = Interrupt::listen()?;
         let (items, options) = (self.items, &settings.loading());
+        if let Some(&first) = todo.first() {
+            self.bar.set_message(format!("{}: reading", items[first].name));
+        }
         std::thread::scope(|scope| {
             // Without a buffer, the thread waits with one scene at hand.
             let (sender, scenes) = mpsc::sync_channel(0);
@@ -244,6 +247,10 @@ impl<'a> Batch<'a> {
             }
         }
         self.bar.inc(1);
+        // Where no bar tells.
+        if self.recorded && self.bar.is_hidden() {
+            tracing::info!("{}", self.record.line(index));
+        }
         let (noted, cost) = self.noted;
         if noted.elapsed() > PAUSE * cost {
             self.note()?;
@@ -302,7 +309,7 @@ impl<'a> Batch<'a> {
 
     /// Says something beside the bar.
     fn say(&self, text: &str) {
-        self.bar.suspend(|| print::note(format_args!("klieg: warning: {text}")));
+        self.bar.suspend(|| tracing::warn!("{text}"));
     }
 
     /// Writes how the batch stands; gives the text of `batch.json`.

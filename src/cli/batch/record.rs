@@ -136,6 +136,18 @@ impl Record {
         self.designs_per_minute = if minutes > 0.0 { self.done as f64 / minutes } else { 0.0 };
     }
 
+    /// An item in a line.
+    pub fn line(&self, index: usize) -> String {
+        let Row { name, state, scores, milliseconds, .. } = &self.items[index];
+        let all = self.items.len();
+        let state = format!("{state:?}").to_lowercase();
+        let scores = scores.map_or(String::new(), |Scores { headlight, score }| {
+            format!(", F {score:.4} (headlight {headlight:.4})")
+        });
+        let time = milliseconds.map_or(String::new(), |ms| format!(" in {:.1} s", ms / 1e3));
+        format!("{} of {all}: {name} {state}{time}{scores}", index + 1)
+    }
+
     /// All items in a table, and the reasons of failures below.
     pub fn show(&self) -> String {
         let mut table = print::columns(&["item", "", "headlight", "designed", "seconds"], &[]);
@@ -149,6 +161,7 @@ impl Record {
                 row.milliseconds.map_or(String::new(), |x| format!("{:.1}", x / 1e3)),
             ]);
         }
+        let table = print::wrapped(table);
         let Self { done, skipped, failed, waiting, designs_per_minute, .. } = self;
         let rate = if *done > 0 {
             format!(": {designs_per_minute:.1} designs a minute")

@@ -95,7 +95,7 @@ pub(super) struct Options {
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// Folder for bench.json, bench.csv and a plot of each sweep, created where absent
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print JSON, and nothing else, on standard output
     #[arg(long)]
@@ -177,11 +177,14 @@ impl Options {
             return Err(Error::Argument(fault));
         }
         if !(0.0..=86_400.0).contains(&self.seconds) {
-            return Err(Error::Argument(format!("{} seconds: it is 0 to 86400", self.seconds)));
+            return Err(Error::Argument(format!(
+                "seconds is {}: it must be 0 to 86400",
+                self.seconds
+            )));
         }
         if !(0.0..=1.0).contains(&self.precision) {
             return Err(Error::Argument(format!(
-                "a precision of {}: it is 0 to 1",
+                "precision is {}: it must be 0 to 1",
                 self.precision
             )));
         }
@@ -202,7 +205,7 @@ impl Options {
         }
         let setup = Setup::new(scene, [view.width, view.height], object_pixels, maps_ms, &machine);
         let (name, triangles) = (setup.name(), setup.triangles);
-        print::note(format_args!("measuring {name}, {triangles} triangles, {}", Size(setup.size)));
+        tracing::info!("measuring {name}, {triangles} triangles, {}", Size(setup.size));
         let mut rows = Vec::new();
         for &lights in &self.lights {
             for &population in &self.population {

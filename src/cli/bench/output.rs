@@ -194,6 +194,9 @@ fn plot_methods(rows: &[Row]) -> Option<Result<String, String>> {
     (names.len() > 1).then(|| plot::sweep(&[panel], "ms a generation", PLOT))
 }
 
+/// Stages in a line.
+const STAGES: usize = 4;
+
 /// The benchmark for people.
 pub fn show(bench: &Bench) -> String {
     let mut text = String::new();
@@ -204,84 +207,34 @@ pub fn show(bench: &Bench) -> String {
             scene.load_ms
         );
     }
-    text += &format!("\n{}\n\n{}\n", times(&bench.rows), costs(&bench.rows));
-    for row in bench.rows.iter().filter(|row| !row.stages_ms.is_empty()) {
+    let (setups, times, costs) = (setups(&bench.rows), times(&bench.rows), costs(&bench.rows));
+    text += &format!("\n{setups}\n\n{times}\n\n{costs}\n");
+    let timed = |(_, row): &(usize, &Row)| !row.stages_ms.is_empty();
+    for (number, row) in (1..).zip(&bench.rows).filter(timed) {
         let time = |ms: &serde_json::Value| ms.as_f64().unwrap_or_default();
         let stages = row.stages_ms.iter().map(|(stage, ms)| format!("{stage} {:.3}", time(ms)));
         let stages: Vec<_> = stages.collect();
-        text += &format!("\n{}, GPU ms:\n  {}\n", describe(row), stages.join(", "));
+        let lines: Vec<_> = stages.chunks(STAGES).map(|stages| stages.join(", ")).collect();
+        text += &format!("\nrow {number}, GPU ms:\n  {}\n", lines.join(",\n  "));
     }
     let wide = bench.rows.iter().filter(|row| !row.is_stable(bench.precision)).count();
     if wide > 0 {
         let (percent, all) = (100.0 * bench.precision, bench.rows.len());
         text += &format!(
-            "\n{wide} of {all} medians are known less well than to {percent} %: give them more --runs \
-             and --seconds, or a quieter machine.\n"
+            "\n{wide} of {all} medians are known less well than to {percent} %: give them\n\
+             more --runs and --seconds, or a quieter machine.\n"
         );
     }
     text
 }
 
-/// A row's place in the sweep.
-fn describe(row: &Row) -> String {
-    let (setup, work) = (&row.setup, &row.work);
-    let (triangles, size) = (setup.triangles, Size(setup.size));
-    format!(
-        "{}, {triangles} triangles, {size}, lights {}, N {}, {} rigs",
-        setup.name(),
-        work.lights,
-        work.population,
-        work.rigs
-    )
-}
-
-fn times(rows: &[Row]) -> comfy_table::Table {
-    let names = ["method", "triangles", "size", "lights", "N", "rigs"];
-    let more = [
-        "runs",
-        "median ms",
-        "± %",
-        "p95 ms",
-        "GPU ms",
-        "evaluations/s",
-        "M light-pixels/s",
-        "GFLOP/s",
-        "of floor",
-    ];
-    let mut table = print::columns(&names, &more);
-    let known = |value: Option<f64>, digits: usize| {
-        value.map_or("–".into(), |value| format!("{value:.digits$}"))
-    };
-    for row in rows {
+/// What the rows measure; other tables name them by their numbers.
+fn setups(rows: &[Row]) -> comfy_table::Table {
+    let names = ["row", "method", "triangles", "size", "lights", "N", "rigs", "object pixels"];
+    let mut table = print::columns(&names, &[]);
+    for (number, row) in (1..).zip(rows) {
         table.add_row([
-            row.setup.name(),
-            row.setup.triangles.to_string(),
-            Size(row.setup.size).to_string(),
-            row.work.lights.to_string(),
-            row.work.population.to_string(),
-            row.work.rigs.to_string(),
-            row.runs.to_string(),
-            format!("{:.3}", row.median_ms),
-            known(row.spread().map(|spread| 100.0 * spread), 1),
-            format!("{:.3}", row.p95_ms),
-            known(row.gpu_ms, 3),
-            format!("{:.0}", row.evaluations_per_second),
-            format!("{:.1}", row.light_pixels_per_second * 1e-6),
-            known(row.gflops, 1),
-            row.floor_share.map_or("–".into(), |share| format!("{:.0} %", 100.0 * share)),
-        ]);
-    }
-    table
-}
-
-/// One-off costs and memory.
-fn costs(rows: &[Row]) -> comfy_table::Table {
-    let names = ["method", "triangles", "size", "lights", "N", "rigs"];
-    let more = ["object pixels", "ceiling Gop/s", "maps ms", "first ms", "host MiB", "device MiB"];
-    let mut table = print::columns(&names, &more);
-    let mebibytes = |bytes: Option<u64>| bytes.map_or("–".into(), |b| (b >> 20).to_string());
-    for row in rows {
-        table.add_row([
+            number.to_string(),
             row.setup.name(),
             row.setup.triangles.to_string(),
             Size(row.setup.size).to_string(),
@@ -289,9 +242,46 @@ fn costs(rows: &[Row]) -> comfy_table::Table {
             row.work.population.to_string(),
             row.work.rigs.to_string(),
             row.setup.object_pixels.to_string(),
-            row.setup
-                .ceiling
-                .map_or("–".into(), |ceiling| format!("{:.0}", ceiling.plain * 1e-9)),
+        ]);
+    }
+    table
+}
+
+fn known(value: Option<f64>, digits: usize) -> String {
+    value.map_or("–".into(), |value| format!("{value:.digits$}"))
+}
+
+fn times(rows: &[Row]) -> comfy_table::Table {
+    let names = ["row", "runs", "median\nms", "± %", "p95\nms", "GPU\nms"];
+    let more = ["evaluations\n/s", "M light-\npixels/s"];
+    let mut table = print::columns(&names, &more);
+    for (number, row) in (1..).zip(rows) {
+        table.add_row([
+            number.to_string(),
+            row.runs.to_string(),
+            format!("{:.3}", row.median_ms),
+            known(row.spread().map(|spread| 100.0 * spread), 1),
+            format!("{:.3}", row.p95_ms),
+            known(row.gpu_ms, 3),
+            format!("{:.0}", row.evaluations_per_second),
+            format!("{:.1}", row.light_pixels_per_second * 1e-6),
+        ]);
+    }
+    table
+}
+
+/// Operations, one-off costs and memory.
+fn costs(rows: &[Row]) -> comfy_table::Table {
+    let names = ["row", "GFLOP/s", "of floor", "ceiling\nGop/s"];
+    let more = ["maps\nms", "first\nms", "host\nMiB", "device\nMiB"];
+    let mut table = print::columns(&names, &more);
+    let mebibytes = |bytes: Option<u64>| bytes.map_or("–".into(), |b| (b >> 20).to_string());
+    for (number, row) in (1..).zip(rows) {
+        table.add_row([
+            number.to_string(),
+            known(row.gflops, 1),
+            row.floor_share.map_or("–".into(), |share| format!("{:.0} %", 100.0 * share)),
+            known(row.setup.ceiling.map(|ceiling| ceiling.plain * 1e-9), 0),
             format!("{:.0}", row.setup.maps_ms),
             format!("{:.1}", row.first_ms),
             mebibytes(row.host_bytes),

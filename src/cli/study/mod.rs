@@ -60,7 +60,7 @@ struct Common {
     #[command(flatten)]
     target: TargetOptions,
     /// Folder for the results, created where absent
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Kind of the lights [default: point]
     #[arg(long, value_parser = kinds())]
@@ -105,7 +105,7 @@ impl Common {
 
     /// The scene in view, and a place for the results.
     fn open(&self, settings: Settings) -> Result<(Session, Staging)> {
-        let session = Session::open(&self.scene.scene, settings)?;
+        let session = Session::open(self.scene.path()?, settings)?;
         let inputs = session.inputs(self.scene.config());
         Ok((session, Staging::new(&self.out)?.sparing(inputs)))
     }

@@ -37,7 +37,7 @@ pub(super) struct Options {
     #[command(flatten)]
     target: TargetOptions,
     /// Folder for the results, created where absent
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Numbers of lights, one or several with commas between
     #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2,3")]

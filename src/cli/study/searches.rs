@@ -208,18 +208,11 @@ pub(super) fn ablation(options: &AblationOptions) -> Result<()> {
     let exhibit = exhibit::ablation::exhibit(&effects, &mut session)?;
     let mut table = print::columns(
         &["", "F"],
-        &[
-            "edge",
-            "mean",
-            "grad",
-            "var",
-            "hist",
-            "white",
-            "key elevation",
-            "key off axis",
-            "change",
-        ],
+        &["edge", "mean", "grad", "var", "hist", "white", "key\nup", "key\naside", "change"],
     );
+    table.column_iter_mut().for_each(|column| {
+        column.set_padding((0, 1));
+    });
     for variant in &exhibit.data.variants {
         let numbers = [variant.score].into_iter().chain(variant.terms.values());
         let numbers = numbers.map(|x| format!("{x:.3}")).chain([

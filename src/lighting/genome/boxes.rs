@@ -144,5 +144,8 @@ pub(super) fn check(role: Role, space: &RoleBox) -> Result<()> {
 }
 
 pub(super) fn no_range(role: Role, name: &str, &Range { low, high }: &Range) -> Error {
-    Error::Argument(format!("the {role:?} box's {name} {low}..{high} is not a range of values"))
+    Error::Argument(format!(
+        "the {} box's {name} is {low} to {high}: it must be a range, the lowest value first",
+        role.name()
+    ))
 }

@@ -11,7 +11,7 @@ use crate::{Error, Result};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Map, Value, json};
-use std::io::Write as _;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// A JSON object.
@@ -218,10 +218,20 @@ impl Document {
     /// # Errors
     /// [`Error::Output`], also when it would be longer than a GLB can be.
     pub fn write(&self, out: &Path) -> Result<()> {
-        self.try_write(out).map_err(|source| Error::Output { path: out.to_owned(), source })
+        save(out, |to| self.put(to))
     }
 
-    fn try_write(&self, out: &Path) -> std::io::Result<()> {
+    /// The file as a GLB, in memory.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that names the source when it would be longer than a GLB can be.
+    pub fn glb(&self) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.put(&mut bytes).map_err(|fault| self.fault(fault.to_string()))?;
+        Ok(bytes)
+    }
+
+    fn put(&self, to: impl Write) -> std::io::Result<()> {
         let json = serde_json::to_vec(&self.root)?;
         let binary = self.binary.as_deref();
         let length = glb_length(json.len(), binary.map(<[u8]>::len)).ok_or_else(|| {
@@ -232,6 +242,19 @@ impl Document {
         })?;
         let header = gltf::binary::Header { magic: *b"glTF", version: 2, length };
         let glb = gltf::binary::Glb { header, json: json.into(), bin: binary.map(Into::into) };
+        glb.to_writer(to).map_err(|error| match error {
+            gltf::Error::Io(error) => error,
+            other => std::io::Error::other(other),
+        })
+    }
+}
+
+/// Writes a file whole under its name, or not at all.
+///
+/// # Errors
+/// [`Error::Output`].
+pub fn save(out: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<()> {
+    let save = || {
         let mut builder = tempfile::Builder::new();
         #[cfg(unix)]
         {
@@ -242,15 +265,13 @@ impl Document {
         let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
         let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
         let mut writer = std::io::BufWriter::new(file.as_file_mut());
-        glb.to_writer(&mut writer).map_err(|error| match error {
-            gltf::Error::Io(error) => error,
-            other => std::io::Error::other(other),
-        })?;
+        content(&mut writer)?;
         writer.flush()?;
         drop(writer);
         file.persist(out)?;
         Ok(())
-    }
+    };
+    save().map_err(|source| Error::Output { path: out.to_owned(), source })
 }
 
 /// The array `key` of `object`, created where there is none; `None` where it is something else.
