@@ -52,7 +52,9 @@ fn code(error: &Error) -> klieg_status {
             _ => KLIEG_ERROR_VULKAN,
         },
         Error::DeviceMemory { .. } => KLIEG_ERROR_MEMORY,
-        Error::Output { .. } | Error::Interrupted => KLIEG_ERROR_INTERNAL,
+        Error::Output { .. } | Error::NotANumber { .. } | Error::Interrupted => {
+            KLIEG_ERROR_INTERNAL
+        }
     }
 }
 
