@@ -34,7 +34,8 @@ JUDGE_KLIEG ?=
 JUDGE_PYTHON ?= python3.11
 JUDGE_ENV = $(or $(CARGO_TARGET_DIR),target)/judge
 
-.PHONY: help setup design spirv test check program library install install-program install-library judge gpu-kit
+.PHONY: help setup design spirv test check program library install install-program install-library judge \
+	gpu-kit fuzz soak bits deny msrv package
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
@@ -45,6 +46,12 @@ help:
 	@echo 'make gpu-kit  build a folder that tests and times klieg on another machine with a GPU'
 	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the program,'
 	@echo '            its manual page, its completions and the C library'
+	@echo 'make fuzz [FUZZ_SECONDS=N] [FUZZ_TARGETS=...]  look for files that break the readers (nightly Rust, cargo-fuzz)'
+	@echo 'make soak [SOAK_DESIGNS=N]  make many designs in one process, which must not grow'
+	@echo 'make bits   compare the results of a debug and of a release build, byte for byte'
+	@echo 'make deny   check licences, sources and advisories of the dependencies (cargo-deny)'
+	@echo 'make msrv   check with the oldest Rust that klieg promises to build with'
+	@echo 'make package  pack the crate, and build and test what is in the archive'
 	@echo 'make setup  only install what the others need, where it is missing'
 
 setup:
@@ -101,6 +108,7 @@ check: setup
 	cargo clippy --all-targets -- -D warnings
 	cargo clippy --no-default-features --lib -- -D warnings
 	cargo clippy --no-default-features --features c --lib -- -D warnings
+	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --features c
 
 $(JUDGE_ENV)/installed: tools/judge/requirements.txt
 	@$(JUDGE_PYTHON) -c 'import sys, venv; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null || \
@@ -118,3 +126,55 @@ judge: $(if $(JUDGE_KLIEG),,setup) $(JUDGE_ENV)/installed
 gpu-kit: setup
 	@.ci/setup test
 	tools/gpu-kit/build
+
+# Seconds of each target, and which.
+FUZZ_SECONDS ?= 600
+FUZZ_TARGETS ?= scene glb picture model settings list rig
+
+# What libFuzzer finds beyond the seeds goes to fuzz/corpus, which is not kept.
+fuzz: setup
+	@cargo +nightly fuzz --version >/dev/null || \
+		{ echo 'fuzz: needs nightly Rust and cargo-fuzz: rustup toolchain install nightly; cargo install cargo-fuzz' >&2; exit 1; }
+	for target in $(FUZZ_TARGETS); do \
+		mkdir -p fuzz/corpus/$$target && cargo +nightly fuzz run --release $$target fuzz/corpus/$$target fuzz/seeds/$$target -- \
+			-max_total_time=$(FUZZ_SECONDS) -timeout=20 -rss_limit_mb=4096 -max_len=8192 -print_final_stats=1 || exit 1; \
+	done
+
+SOAK_DESIGNS ?= 10000
+
+soak: setup
+	$(if $(LAVAPIPE),VK_DRIVER_FILES=$(LAVAPIPE) VK_ICD_FILENAMES=$(LAVAPIPE)) KLIEG_SOAK=$(SOAK_DESIGNS) \
+		cargo test --release --test soak -- --nocapture --test-threads 1
+
+BUILDS = $(or $(CARGO_TARGET_DIR),target)
+
+bits: setup
+	cargo build
+	cargo build --release
+	set -e; for device in cpu vulkan; do \
+		for build in debug release; do \
+			$(if $(LAVAPIPE),VK_DRIVER_FILES=$(LAVAPIPE) VK_ICD_FILENAMES=$(LAVAPIPE)) "$(BUILDS)/$$build/klieg" design \
+				"$(SCENE)" --out "$(BUILDS)/bits/$$build" --device $$device --generations 10 --size 256x256 --coarse 64 >/dev/null; \
+		done; \
+		for file in best.png headlight.png lit.glb convergence.csv convergence.svg; do \
+			cmp "$(BUILDS)/bits/debug/$$file" "$(BUILDS)/bits/release/$$file"; \
+		done; \
+		echo "$$device: the same bytes"; \
+	done
+
+deny:
+	@cargo deny --version >/dev/null || { echo 'deny: needs cargo-deny: cargo install cargo-deny' >&2; exit 1; }
+	cargo deny --locked check licenses bans sources
+	cargo deny --locked check advisories
+
+msrv: setup
+	cargo +$(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) check --locked --all-targets
+
+PACKAGE = $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)/package
+
+package: setup
+	cargo package --locked --no-verify
+	tar -xzf "$(PACKAGE)/klieg-$(VERSION).crate" -C "$(PACKAGE)"
+	if [ -e .cargo/config.toml ]; then mkdir -p "$(PACKAGE)/klieg-$(VERSION)/.cargo" && \
+		cp .cargo/config.toml "$(PACKAGE)/klieg-$(VERSION)/.cargo"; fi
+	cd "$(PACKAGE)/klieg-$(VERSION)" && cargo build --locked && cargo test --locked --lib

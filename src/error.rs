@@ -50,6 +50,12 @@ pub enum Error {
     /// The device was given up by [`Context::forget_device`](crate::gpu::Context::forget_device).
     #[error("the device is gone")]
     Forgotten,
+    /// A score is not a number.
+    #[error("the score of a rig is not a number, a fault of the device or of klieg's own: {rig}")]
+    NotANumber {
+        /// Its lights in words.
+        rig: String,
+    },
     /// The caller broke the work off.
     #[error("interrupted")]
     Interrupted,

@@ -1,9 +1,9 @@
 //! The seam between search and measurement: populations of rigs in, scores out.
 
-use crate::Result;
-use crate::lighting::{Light, Population};
+use crate::lighting::{Light, LightRecord, Population};
 use crate::objective::maps::Maps;
 use crate::objective::{Quality, Statistics, Terms};
+use crate::{Error, Result};
 use serde::Serialize;
 
 /// What computes.
@@ -69,4 +69,20 @@ pub trait Evaluator {
     /// # Errors
     /// [Device errors](crate::Error::is_device).
     fn maps(&mut self) -> Result<&Maps>;
+}
+
+/// # Errors
+/// [`Error::NotANumber`] that tells the first rig whose score is none.
+pub(crate) fn check_scores(population: &Population, scores: &[f32]) -> Result<()> {
+    let none = population.rigs().zip(scores).find(|(_, score)| score.is_nan());
+    none.map_or(Ok(()), |(rig, _)| Err(Error::NotANumber { rig: in_words(rig) }))
+}
+
+fn in_words(rig: &[LightRecord]) -> String {
+    let light = |light: &LightRecord| {
+        let LightRecord { position: [x, y, z], radius2, diffuse, specular, .. } = light;
+        let place = if *radius2 > 0.0 { "at" } else { "from" };
+        format!("a light {place} ({x}, {y}, {z}) of diffuse {diffuse} and specular {specular}")
+    };
+    rig.iter().map(light).collect::<Vec<_>>().join(", ")
 }

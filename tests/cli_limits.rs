@@ -32,34 +32,64 @@ fn buffer(place: &Folder, length: u64, indices: usize) {
     file.set_len(length).unwrap();
 }
 
-/// Scores a scene within so many KiB of address space; gives the exit code and what it said.
+/// What became of a run.
+struct Run {
+    code: Option<i32>,
+    said: String,
+    /// Most kilobytes that it had in memory, and its seconds of computing, as seen last.
+    kilobytes: u64,
+    seconds: f64,
+}
+
+/// What a process has taken so far: kilobytes at most, and seconds of computing (proc_pid_status(5), proc_pid_stat(5)).
+fn taken(process: u32) -> Option<(u64, f64)> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes = line.trim().trim_end_matches(" kB").parse().ok()?;
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    let mut numbers = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
+    let mut ticks = || numbers.next()?.parse::<f64>().ok();
+    Some((kilobytes, (ticks()? + ticks()?) / 100.0))
+}
+
+/// Scores a scene of the usual options within so many KiB of address space.
 fn score(place: &Folder, scene: &Value, kibibytes: u32, seconds: u64) -> (Option<i32>, String) {
+    let run = run(place, scene, (kibibytes, seconds), "--size 16x16");
+    (run.code, run.said)
+}
+
+fn run(place: &Folder, scene: &Value, (kibibytes, seconds): (u32, u64), options: &str) -> Run {
     std::fs::write(place.path("a.gltf"), scene.to_string()).unwrap();
     let line = format!(
         "ulimit -v {kibibytes}; RAYON_NUM_THREADS=2 MALLOC_ARENA_MAX=2 RUST_BACKTRACE=0 exec {} \
-         score a.gltf --preset headlight --size 16x16 --device cpu",
+         score a.gltf --preset headlight {options} --device cpu",
         assert_cmd::cargo::cargo_bin("klieg").display()
     );
     let mut shell = Command::new("sh");
     shell.current_dir(place.path("")).args(["-c", &line]).stdout(Stdio::null());
     let mut child = shell.stderr(Stdio::piped()).spawn().unwrap();
-    let begin = Instant::now();
+    let (begin, mut last) = (Instant::now(), (0, 0.0));
     while child.try_wait().unwrap().is_none() {
+        last = taken(child.id()).unwrap_or(last);
         if begin.elapsed() > Duration::from_secs(seconds) {
             child.kill().unwrap();
             panic!("it takes more than {seconds} s");
         }
-        std::thread::sleep(Duration::from_millis(20));
+        std::thread::sleep(Duration::from_millis(1));
     }
     let output = child.wait_with_output().unwrap();
-    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    let said = String::from_utf8(output.stderr).unwrap();
+    Run { code: output.status.code(), said, kilobytes: last.0, seconds: last.1 }
 }
 
-/// Panics unless a scene is refused with these words, in 300 MB of address space, most of it the program's own.
+/// Panics unless a scene is refused with these words, in 300 MB of address space, most of it the program's own, and
+/// 64 MB of memory. It takes 0.2 s; a build for tests has five times that.
 fn refused(place: &Folder, scene: &Value, words: &[&str]) {
-    let (code, said) = score(place, scene, 300_000, 20);
+    let Run { code, said, kilobytes, seconds } = run(place, scene, (300_000, 20), "--size 16x16");
     assert_eq!(code, Some(2), "{said}");
     assert!(words.iter().all(|word| said.contains(word)), "{said}");
+    println!("{kilobytes} kB, {seconds} s: {}", said.trim());
+    assert!(kilobytes < 64_000 && seconds < 1.0, "{kilobytes} kB, {seconds} s: {said}");
 }
 
 #[test]
@@ -117,6 +147,24 @@ fn few_bytes_do_not_draw_many_meshes_or_triangles() {
     scene["nodes"] = vec![json!({"mesh": 0}); 4000].into();
     scene["scenes"][0]["nodes"] = (0..4000).collect::<Vec<_>>().into();
     refused(&place, &scene, &["triangles", "--allow-large"]);
+}
+
+/// Each of them fills half of the picture: what is behind the limit would take a minute and more.
+#[test]
+fn triangles_that_cover_each_other_without_end_are_refused() {
+    let place = Folder::new();
+    let mut scene = triangle();
+    let count = 60_000;
+    buffer(&place, 60 + count as u64, count);
+    scene["buffers"][0]["byteLength"] = (60 + count).into();
+    let view = json!({"buffer": 0, "byteOffset": 60, "byteLength": count});
+    scene["bufferViews"].as_array_mut().unwrap().push(view);
+    let indices = json!({"bufferView": 2, "componentType": 5121, "count": count, "type": "SCALAR"});
+    scene["accessors"].as_array_mut().unwrap().push(indices);
+    scene["meshes"][0]["primitives"][0]["indices"] = 2.into();
+    let options = "--size 2048x2048 --azimuth 0 --elevation 0";
+    let Run { code, said, .. } = run(&place, &scene, (4_000_000, 30), options);
+    assert!(code == Some(2) && said.contains("cover each other"), "{said}");
 }
 
 /// The file system stores nothing of it, and the machine has no memory for it.

@@ -53,7 +53,7 @@ fn code(error: &Error) -> klieg_status {
         },
         Error::DeviceMemory { .. } => KLIEG_ERROR_MEMORY,
         Error::Output { .. } => KLIEG_ERROR_OUTPUT,
-        Error::Interrupted => KLIEG_ERROR_INTERNAL,
+        Error::NotANumber { .. } | Error::Interrupted => KLIEG_ERROR_INTERNAL,
     }
 }
 

@@ -1,20 +1,23 @@
 //! `klieg design`: the best lights for one scene.
 
+use super::checkpoint::{self, CheckpointOptions};
 use super::config::Settings;
 use super::designer;
+use super::device;
 use super::options::{SceneOptions, SearchOptions, TargetOptions};
 use super::picture::PictureOptions;
 use super::print;
 use super::progress::{self, Interrupt};
 use super::session::Session;
 use crate::design::profile;
-use crate::design::{Outcome, Progress};
+use crate::design::{Journal, Outcome, Progress};
 use crate::lighting::genome::Genome;
 use crate::report::Staging;
-use crate::report::json;
+use crate::report::json::{self, Design};
 use anyhow::Result;
 use clap::Args;
 use indicatif::ProgressBar;
+use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -34,6 +37,8 @@ pub(super) struct Options {
     #[command(flatten)]
     search: SearchOptions,
     #[command(flatten)]
+    checkpoint: CheckpointOptions,
+    #[command(flatten)]
     picture: PictureOptions,
 }
 
@@ -45,23 +50,33 @@ impl Options {
         self.picture.apply(&mut settings);
         Ok(settings)
     }
+
+    /// Makes the design and all its files.
+    fn make(&self, settings: Settings) -> Result<(Design, Vec<PathBuf>)> {
+        let genome = settings.genome()?;
+        let mut session = Session::open(self.scene.path()?, settings)?;
+        let inputs = session.inputs(self.scene.config());
+        inputs.spare(&self.out, designer::FILES)?;
+        let mut staging = Staging::new(&self.out)?.sparing(inputs);
+        let files = (&*self.out, &designer::FILES[..]);
+        let journal = self.checkpoint.open(&mut session, files)?.map(RefCell::new);
+        let outcome = search(&mut session, &genome, journal.as_ref(), self.scene.json)?;
+        let design = designer::write(&mut session, &outcome, &mut staging)?;
+        let files = staging.publish()?;
+        if outcome.stopped {
+            let generations = design.generations;
+            let more = if journal.is_some() { "; --resume goes on" } else { "" };
+            let text = "this is the best so far";
+            tracing::info!("stopped after {generations} generations: {text}{more}");
+        } else if let Some(journal) = journal {
+            checkpoint::done(journal.into_inner());
+        }
+        Ok((design, files))
+    }
 }
 
 pub(super) fn run(options: &Options) -> Result<()> {
-    let settings = options.settings()?;
-    let genome = settings.genome()?;
-    let mut session = Session::open(options.scene.path()?, settings)?;
-    let inputs = session.inputs(options.scene.config());
-    inputs.spare(&options.out, designer::FILES)?;
-    let mut staging = Staging::new(&options.out)?.sparing(inputs);
-    let outcome = search(&mut session, &genome, options.scene.json)?;
-    let design = designer::write(&mut session, &outcome, &mut staging)?;
-    let files = staging.publish()?;
-    if outcome.stopped {
-        let generations = design.generations;
-        let text = format!("stopped after {generations} generations: this is the best so far");
-        tracing::info!("{text}");
-    }
+    let (design, files) = device::or_cpu(options.settings()?, |settings| options.make(settings))?;
     if options.scene.json {
         print::out(json::text(&design)?)
     } else {
@@ -70,7 +85,12 @@ pub(super) fn run(options: &Options) -> Result<()> {
 }
 
 /// Runs the search under the user's eyes.
-fn search(session: &mut Session, genome: &Genome, quiet: bool) -> Result<Outcome> {
+fn search(
+    session: &mut Session,
+    genome: &Genome,
+    journal: Option<&RefCell<Journal>>,
+    quiet: bool,
+) -> Result<Outcome> {
     let interrupt = Interrupt::listen()?;
     let bar = progress_bar(&session.settings, quiet);
     let begin = Instant::now();
@@ -80,7 +100,7 @@ fn search(session: &mut Session, genome: &Genome, quiet: bool) -> Result<Outcome
         bar.set_position(progress.generation as u64);
         interrupt.check()
     };
-    let outcome = designer::search(session, genome, &mut observe)?;
+    let outcome = designer::search(session, genome, journal, &mut observe)?;
     bar.finish_and_clear();
     Ok(outcome)
 }

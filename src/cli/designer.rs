@@ -3,7 +3,7 @@
 use super::config::{First, Settings};
 use super::session::{Engine, Session, evaluator_on, milliseconds, warn};
 use crate::design::coarse::{self, run_coarse_first};
-use crate::design::{self, Outcome, Progress, start};
+use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
 use crate::lighting::{Light, MAX_LIGHTS, Role};
@@ -17,6 +17,7 @@ use crate::scene::view::View;
 use anyhow::{Result, anyhow};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
@@ -84,13 +85,15 @@ fn coarse(session: &mut Session, small: &View) -> Result<Option<Engine>> {
     Ok(seen.then_some(coarse))
 }
 
-/// Searches the lights, `observe` being called after every generation, until the settings' time is over.
+/// Searches the lights, `observe` being called after every generation, until the settings' time is over. What the
+/// `journal` remembers is not measured again.
 ///
 /// # Errors
 /// Faults of the settings, and what the device reports.
 pub(super) fn search(
     session: &mut Session,
     genome: &Genome,
+    journal: Option<&RefCell<Journal>>,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Outcome> {
     let start = Instant::now();
@@ -107,12 +110,12 @@ pub(super) fn search(
         }
         flow => flow,
     };
-    let evaluator = &mut *session.evaluator;
+    let evaluator = &mut Remembered::new(&mut *session.evaluator, journal, 0);
     let outcome = match coarse {
         Some((mut coarse, generations)) => run_coarse_first(
             &mut *search,
             &genome,
-            (&mut *coarse, evaluator),
+            (&mut Remembered::new(&mut *coarse, journal, 1), evaluator),
             (&settings, generations),
             &mut watch,
         )?,

@@ -4,7 +4,9 @@
 //! native CPU evaluator.
 
 use super::config::Settings;
+use super::describe;
 use super::pipelines::{self, Stored};
+use super::session::warn;
 use super::values::Device;
 use crate::evaluate::DeviceInfo;
 use crate::gpu::{self, Context, ContextOptions, DeviceChoice, DeviceReport, Tuning};
@@ -37,11 +39,22 @@ pub(super) fn list() -> (Vec<DeviceReport>, Option<Error>) {
     }
 }
 
-/// Opens the device that `device` names, for evaluators with the pipeline and the memory of `settings`.
+/// Opens the device that `device` names, for evaluators with the pipeline and the memory of `settings`; where one
+/// fails that nobody has named, that is the CPU.
 ///
 /// # Errors
 /// [`Error::Argument`] for a device that is not there, and what opening it reports.
 pub(super) fn open(device: &Device, settings: &Settings) -> Result<Opened> {
+    match open_named(device, settings) {
+        Err(fault) if *device == Device::Auto => {
+            warn(&[format!("{fault}: the CPU takes its place")]);
+            Ok(Opened::Cpu)
+        }
+        opened => opened,
+    }
+}
+
+fn open_named(device: &Device, settings: &Settings) -> Result<Opened> {
     if *device == Device::Cpu {
         return Ok(Opened::Cpu);
     }
@@ -67,6 +80,30 @@ pub(super) fn open(device: &Device, settings: &Settings) -> Result<Opened> {
         (Err(_), Some(no_vulkan)) => Err(no_vulkan),
         (Err(fault), None) => Err(fault),
     }
+}
+
+/// What `work` makes with these settings; where a device fails that nobody has named, what it makes on the CPU.
+///
+/// # Errors
+/// Those of `work`.
+pub(super) fn or_cpu<T>(
+    settings: Settings,
+    mut work: impl FnMut(Settings) -> anyhow::Result<T>,
+) -> anyhow::Result<T> {
+    match work(settings.clone()) {
+        Err(fault) if settings.device == Device::Auto && is_device(&fault) => {
+            let fault = describe(&fault);
+            warn(&[format!("{fault}: all is done again on the CPU (--device names another one)")]);
+            work(Settings { device: Device::Cpu, ..settings })
+        }
+        made => made,
+    }
+}
+
+/// Whether a device is at fault, or Vulkan itself.
+pub(super) fn is_device(fault: &anyhow::Error) -> bool {
+    let device = |fault: &Error| fault.is_device() || matches!(fault, Error::NoVulkan(_));
+    fault.chain().any(|cause| cause.downcast_ref().is_some_and(device))
 }
 
 /// Which of `reports`, or the native CPU evaluator, `device` stands for. The best is the first of the

@@ -3,11 +3,13 @@
 mod analyze;
 mod batch;
 mod bench;
+mod checkpoint;
 pub mod config;
 mod design;
 mod designer;
 mod device;
 mod devices;
+mod file_stamp;
 mod input;
 mod inspect;
 mod lights;
@@ -20,6 +22,8 @@ mod pipelines;
 mod print;
 mod profile;
 mod progress;
+#[doc(hidden)]
+pub mod readers;
 mod render;
 mod rig;
 mod score;

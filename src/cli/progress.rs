@@ -4,8 +4,8 @@ use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use tracing::{Level, enabled};
 
 /// Exit code of a run that a second Ctrl-C ends at once: 128 + SIGINT.
@@ -16,11 +16,16 @@ const KILLED: i32 = 130;
 pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Listens for Ctrl-C, once a process.
+    /// Listens for Ctrl-C; who listens again gets the same.
     ///
     /// # Errors
     /// When the system does not let it.
     pub fn listen() -> Result<Self> {
+        static LISTENING: Mutex<Option<Interrupt>> = Mutex::new(None);
+        let mut listening = LISTENING.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(interrupt) = &*listening {
+            return Ok(interrupt.clone());
+        }
         let interrupted = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&interrupted);
         let handler = move || {
@@ -30,7 +35,7 @@ impl Interrupt {
             }
         };
         ctrlc::set_handler(handler).context("listening for Ctrl-C")?;
-        Ok(Self(interrupted))
+        Ok(listening.insert(Self(interrupted)).clone())
     }
 
     /// Whether to go on.

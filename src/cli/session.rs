@@ -125,7 +125,8 @@ impl Loaded {
 }
 
 impl Session {
-    /// Loads the scene, chooses camera and device, and makes the view's maps.
+    /// Loads the scene, chooses camera and device, and makes the view's maps; on the CPU where a device fails that
+    /// nobody has named.
     ///
     /// # Errors
     /// Faults of the settings, the file and the device.
@@ -134,8 +135,10 @@ impl Session {
         let loaded = Loaded::read(path, &settings.loading())?;
         warn(&loaded.scene.warnings);
         let begin = Instant::now();
-        let device = device::open(&settings.device, &settings)?;
-        let session = Self::on(&device, loaded, settings, begin)?;
+        let session = device::or_cpu(settings, |settings| {
+            let device = device::open(&settings.device, &settings)?;
+            Self::on(&device, loaded.clone(), settings, begin)
+        })?;
         announce(&session.evaluator);
         Ok(session)
     }

@@ -57,7 +57,8 @@ pub(super) fn run(options: &Options) -> Result<()> {
     warn(&loaded.scene.warnings);
     let device = device::open(&settings.device, &settings)?;
     let mut session = Session::on(&device, loaded, settings, begin)?;
-    let outcome = designer::search(&mut session, &genome, &mut |_| ControlFlow::Continue(()))?;
+    let outcome =
+        designer::search(&mut session, &genome, None, &mut |_| ControlFlow::Continue(()))?;
     session.settings.view.size = Some(options.size);
     let view = session::view(&session.scene, &session.settings.view)?;
     let drawn = session.render(&view, &[&outcome.rig])?;

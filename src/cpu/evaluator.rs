@@ -6,7 +6,7 @@
 
 use super::bands::{Bands, Part, Shade};
 use super::kernels::Tile;
-use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
+use crate::evaluate::{DeviceInfo, Evaluator, Inspection, check_scores};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population};
 use crate::objective::maps::{Maps, ViewStatistics};
@@ -124,12 +124,14 @@ impl Evaluator for CpuEvaluator {
         self.measure_all(population, |quality| {
             places.next().into_iter().for_each(|place| *place = quality.score);
         });
-        Ok(())
+        check_scores(population, scores)
     }
 
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
         let mut qualities = Vec::with_capacity(population.len());
         self.measure_all(population, |quality| qualities.push(quality));
+        let scores: Vec<f32> = qualities.iter().map(|quality: &Quality| quality.score).collect();
+        check_scores(population, &scores)?;
         Ok(qualities)
     }
 
@@ -152,6 +154,7 @@ impl Evaluator for CpuEvaluator {
         }
         let statistics = self.bands.statistics(parts.iter(), population.records());
         let Quality { score, terms } = self.objective.quality(&statistics, &self.view);
+        check_scores(&population, &[score])?;
         Ok(Inspection { score, terms, statistics, picture })
     }
 

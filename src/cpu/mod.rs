@@ -29,21 +29,24 @@ mod neighbourhood;
 
 pub use evaluator::{CpuEvaluator, device};
 
-use crate::Result;
 use crate::objective::Objective;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
 use crate::objective::shadows::ShadowSettings;
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
+use crate::{Error, Result};
 use std::sync::Arc;
+
+/// Most pixels of triangles' boxes that are drawn: for each pixel of the picture, and without any.
+const FILLED: (u64, u64) = (1 << 10, 1 << 34);
 
 /// The maps of a view of a scene, with the shadow table where the settings have shadows on: of the occluders in
 /// the view's light frame, which are found here where none are given.
 ///
 /// # Errors
 /// As [`Scene::check`], [`View::check`], [`Objective::check`], [`ShadowSettings::check`] and
-/// [`Occluders::new`].
+/// [`Occluders::new`]; [`Error::Input`] for triangles that cover each other too many times.
 pub fn draw(
     scene: &Scene,
     view: &View,
@@ -54,7 +57,13 @@ pub fn draw(
     view.check()?;
     objective.check()?;
     settings.check()?;
-    let mut maps = maps(visibility::draw(scene, view), objective);
+    let most = FILLED.1 + FILLED.0 * u64::from(view.width) * u64::from(view.height);
+    let surface = visibility::draw_within(scene, view, most).ok_or_else(|| {
+        let fault =
+            "its triangles cover each other so many times that drawing them would take very long";
+        Error::input(&scene.path, format!("{fault}: a smaller picture takes less"))
+    })?;
+    let mut maps = maps(surface, objective);
     if settings.on {
         let occluders = match occluders {
             Some(occluders) => occluders,

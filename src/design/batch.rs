@@ -1,6 +1,6 @@
 //! Chromosomes as an evaluator takes them.
 
-use crate::evaluate::Evaluator;
+use crate::evaluate::{Evaluator, check_scores};
 use crate::lighting::Population;
 use crate::lighting::genome::Genome;
 use crate::math::frame::Frame;
@@ -68,9 +68,63 @@ impl Batch {
     }
 
     /// The scores of the chromosomes, evaluated as one population.
+    ///
+    /// # Errors
+    /// What the evaluator reports, and [`Error::NotANumber`].
     pub fn evaluate(&mut self, evaluator: &mut dyn Evaluator) -> Result<&[f32]> {
         self.scores.resize(self.population.len(), 0.0);
         evaluator.evaluate(&self.population, &mut self.scores)?;
+        check_scores(&self.population, &self.scores)?;
         Ok(&self.scores)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::testing::{Hills, genome};
+    use crate::evaluate::{DeviceInfo, Inspection};
+    use crate::lighting::Light;
+    use crate::math::range::Range;
+    use crate::objective::Quality;
+    use crate::objective::maps::Maps;
+
+    /// Hills without a bottom: the score of the rig of that number is not a number.
+    struct Bottomless(usize);
+
+    impl Evaluator for Bottomless {
+        fn device(&self) -> &DeviceInfo {
+            unreachable!("searches only evaluate")
+        }
+        fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
+            Hills::default().evaluate(population, scores)?;
+            scores[self.0] = f32::NAN;
+            Ok(())
+        }
+        fn qualities(&mut self, _: &Population) -> Result<Vec<Quality>> {
+            unreachable!("searches only evaluate")
+        }
+        fn inspect(&mut self, _: &[Light]) -> Result<Inspection> {
+            unreachable!("searches only evaluate")
+        }
+        fn maps(&mut self) -> Result<&Maps> {
+            unreachable!("searches only evaluate")
+        }
+    }
+
+    #[test]
+    fn a_score_that_is_not_a_number_is_an_error_with_its_rig() {
+        let genome = genome();
+        let mut batch = Batch::new(&genome).unwrap();
+        for share in [0.2, 0.5, 0.8] {
+            let chromosome: Vec<f32> =
+                genome.bounds().iter().map(|r: &Range| r.at(share)).collect();
+            batch.population.push(&genome.decode(&chromosome)).unwrap();
+        }
+        let fault = batch.evaluate(&mut Bottomless(1)).unwrap_err();
+        assert!(!fault.is_input() && !fault.is_device());
+        let [x, y, z] = batch.population.records()[2].position;
+        let told = fault.to_string();
+        assert!(told.contains(&format!("a light at ({x}, {y}, {z}) of diffuse ")), "{told}");
     }
 }

@@ -1,11 +1,12 @@
 //! Searches for lights: chromosomes of an [`Optimizer`] go through the [`Genome`] to an [`Evaluator`], and
 //! the scores back. [`run`] takes one search to its end,
 //! [`coarse::run_coarse_first`] on small pictures at first, [`race`] many side by side, and a [`Designer`]
-//! goes on a little every frame.
+//! goes on a little every frame. A [`Journal`] lets a search go on in another process.
 
 mod batch;
 pub mod coarse;
 mod designer;
+mod journal;
 pub mod profile;
 pub mod race;
 pub mod start;
@@ -22,6 +23,7 @@ use std::ops::ControlFlow;
 pub(crate) use batch::Batch;
 pub use coarse::CoarseSettings;
 pub use designer::Designer;
+pub use journal::{Journal, Remembered};
 pub use race::{Course, race};
 
 /// How a search stands after a generation.

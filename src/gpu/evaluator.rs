@@ -17,7 +17,7 @@ use super::vulkan::choice::{ComputeShape, PipelineKind};
 use super::vulkan::commands::Commands;
 use super::vulkan::pipeline::RigKind;
 use crate::cpu;
-use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
+use crate::evaluate::{DeviceInfo, Evaluator, Inspection, check_scores};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population, check_number};
 use crate::objective::maps::Maps;
@@ -456,7 +456,7 @@ impl GpuEvaluator {
             let qualities = self.view.qualities(scores, &details)?;
             scores.iter_mut().zip(qualities).for_each(|(score, judged)| *score = judged.score);
         }
-        Ok(())
+        check_scores(population, scores)
     }
 
     /// Statistics of the first `count` individuals of the last evaluation.

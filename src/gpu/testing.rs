@@ -15,7 +15,7 @@ use crate::scene::view::{Camera, Projection, View};
 use ash::vk;
 use bytemuck::Pod;
 use glam::{DVec3, Mat4, Vec3};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A software or hardware device with the validation layer on: a machine without fails the test.
 pub fn context() -> Arc<Context> {
@@ -24,9 +24,20 @@ pub fn context() -> Arc<Context> {
 
 /// The same with other tuning.
 pub fn with_tuning(tuning: Tuning) -> Arc<Context> {
-    klieg_support::gpu::alone();
+    alone();
     let options = ContextOptions { validation: true, tuning, ..Default::default() };
     Context::new(&options).expect("a Vulkan device and the validation layer")
+}
+
+/// From here to its thread's end, keeps other tests from validation layers, some of which (1.3.239) crash where two
+/// threads make devices at once (KhronosGroup/Vulkan-ValidationLayers#4391). The packaged crate has no other crate of
+/// tests to take this from.
+fn alone() {
+    static LAYER: Mutex<()> = Mutex::new(());
+    thread_local! {
+        static HELD: MutexGuard<'static, ()> = LAYER.lock().unwrap_or_else(PoisonError::into_inner);
+    }
+    HELD.with(|_| ());
 }
 
 /// Fails when the validation layer has said anything.

@@ -44,6 +44,26 @@ impl Surface {
             self.emissive[at].into(),
         )
     }
+
+    /// The first map with a pixel whose value is not finite, and that pixel; all have an entry a pixel.
+    fn not_finite(&self) -> Option<(&'static str, usize)> {
+        let numbers =
+            [("depth", &self.depth), ("metallic", &self.metallic), ("roughness", &self.roughness)];
+        let vectors = [
+            ("position", &self.position),
+            ("normal", &self.normal),
+            ("face", &self.face),
+            ("base_color", &self.base_color),
+            ("emissive", &self.emissive),
+        ];
+        let numbers = numbers.into_iter().filter_map(|(name, map)| {
+            Some((name, map.iter().position(|value| !value.is_finite())?))
+        });
+        let vectors = vectors.into_iter().filter_map(|(name, map)| {
+            Some((name, map.iter().position(|value| !Vec3::from(*value).is_finite())?))
+        });
+        numbers.chain(vectors).next()
+    }
 }
 
 /// What kind of place a pixel is. The numbers are those of the pixel-type map.
@@ -197,7 +217,7 @@ impl Maps {
 }
 
 impl Maps {
-    /// Whether the maps fit each other: every one has `n` entries, the types tell the background as the
+    /// Whether the maps are finite and fit each other: every one has `n` entries, the types tell the background as the
     /// codes do, the counts are those of the types, and the visible codes ascend. Evaluators that take
     /// maps ask for it. The values of the numbers are not looked at.
     ///
@@ -221,6 +241,9 @@ impl Maps {
         if let Some(at) = pixels.position(|(&kind, &code)| background(kind) != (code == 0)) {
             let (kind, code) = (self.types[at], self.surface.code[at]);
             return fault(format!("pixel {at} is {kind:?} with the colour code {code}"));
+        }
+        if let Some((name, at)) = self.surface.not_finite() {
+            return fault(format!("{name} of pixel {at} is not finite"));
         }
         let count = |kind| self.types.iter().filter(|&&k| k == kind).count() as u32;
         let counts =

@@ -122,6 +122,8 @@ impl Staging {
     /// name, and [`Error::Output`].
     pub fn publish(self) -> Result<Vec<PathBuf>> {
         self.inputs.spare(&self.target, &self.names)?;
+        // Whoever publishes into the same folder waits, so that all files are of one run.
+        let _publishing = locked(&self.target, 1000);
         let publish = |name: &OsString| {
             let path = self.target.join(name);
             match std::fs::rename(self.folder.path().join(name), &path) {

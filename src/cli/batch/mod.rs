@@ -1,6 +1,7 @@
 //! `klieg batch`: many designs in one run. A thread loads the next scene while the present one is
 //! designed; the device stays open throughout.
 
+mod ahead;
 mod isolate;
 mod items;
 mod record;
@@ -12,23 +13,23 @@ use super::device::{self, Opened};
 use super::options::{LookOptions, SearchOptions, TargetOptions};
 use super::picture::PictureOptions;
 use super::progress::{self, Interrupt};
-use super::session::{self, Loaded, Session, milliseconds};
+use super::session::{self, Session, milliseconds};
+use super::values::Device;
 use super::{describe, print};
 use crate::Error;
 use crate::design::{Progress, profile};
 use crate::report::{Inputs, Staging, json};
-use crate::scene::load::LoadOptions;
+use ahead::{Ready, load_ahead};
 use anyhow::{Context, Result};
 use clap::Args;
 use indicatif::ProgressBar;
 use items::Item;
 use record::Record;
-use stamp::{FileStamp, Scores};
+use stamp::Scores;
 use std::ops::ControlFlow;
 use std::panic::AssertUnwindSafe;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::mpsc::{self, SyncSender};
+use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 /// Find the best lights for many scenes
@@ -83,6 +84,7 @@ impl Options {
 const TEMPLATE: &str = "{bar:32} {pos}/{len} designs, {msg}, {eta} left";
 
 pub(super) use isolate::run as run_item;
+pub(super) use items::gather;
 
 pub(super) fn run(options: &Options) -> Result<()> {
     let settings = options.settings()?;
@@ -147,21 +149,6 @@ fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
     })
 }
 
-/// A scene that waits for its design.
-#[derive(Clone)]
-struct Ready {
-    scene: Loaded,
-    /// Its files as they were when it was loaded.
-    files: Arc<[FileStamp]>,
-}
-
-impl Ready {
-    fn read(path: &Path, options: &LoadOptions) -> Result<Self> {
-        let scene = Loaded::read(path, options)?;
-        Ok(Self { files: FileStamp::all(&scene.scene)?.into(), scene })
-    }
-}
-
 impl<'a> Batch<'a> {
     fn new(out: &'a Path, items: &'a [Item], record: Record, quiet: bool) -> Self {
         let begin = Instant::now();
@@ -198,8 +185,21 @@ impl<'a> Batch<'a> {
                     break;
                 }
                 let item = &items[index];
-                let made =
+                let again = scene.as_ref().ok().cloned();
+                let mut made =
                     scene.and_then(|ready| guarded(|| self.one(item, ready, &device, &interrupt)));
+                if let (Err(fault), Some(ready)) = (&made, again)
+                    && settings.device == Device::Auto
+                    && device::is_device(fault)
+                {
+                    self.say(&format!(
+                        "{}: {}: it is done again on the CPU",
+                        item.name,
+                        describe(fault)
+                    ));
+                    device = device::open(&settings.device, settings)?;
+                    made = guarded(|| self.one(item, ready, &Opened::Cpu, &interrupt));
+                }
                 if made.as_ref().is_err_and(may_be_lost) {
                     device = device::open(&settings.device, settings)?;
                 }
@@ -294,7 +294,7 @@ impl<'a> Batch<'a> {
             self.bar.set_message(format!("{}: F {best:.4}, generation {generation}", item.name));
             interrupt.check()
         };
-        let outcome = designer::search(&mut session, &genome, &mut observe)?;
+        let outcome = designer::search(&mut session, &genome, None, &mut observe)?;
         if outcome.stopped && interrupt.check().is_break() {
             return Ok(None);
         }
@@ -332,51 +332,10 @@ fn may_be_lost(fault: &anyhow::Error) -> bool {
     })
 }
 
-/// Loads scenes in turn and hands each over. One that is asked for again at once is not loaded again.
-/// Ends early when nobody takes them any more.
-fn load_ahead<'a>(
-    paths: impl Iterator<Item = &'a Path>,
-    options: &LoadOptions,
-    taker: &SyncSender<Result<Ready>>,
-) {
-    let mut last: Option<Ready> = None;
-    for path in paths {
-        // What is of no more use goes before the next scene is read.
-        let mut again = last.take().filter(|ready| ready.scene.scene.path == path);
-        if let Some(ready) = &mut again {
-            ready.scene.load = 0.0;
-        }
-        let ready = again.map_or_else(|| guarded(|| Ready::read(path, options)), Ok);
-        last = ready.as_ref().ok().cloned();
-        if taker.send(ready).is_err() {
-            return;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::cli::exit_code;
-
-    #[test]
-    fn views_of_a_scene_share_it_and_a_fault_is_handed_over() {
-        let scene = |name| Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
-        let [pair, elephant, gone] = ["pair.glb", "elephant.glb", "gone.glb"].map(scene);
-        let paths: [&Path; 5] = [&pair, &pair, &gone, &pair, &elephant];
-        let (sender, scenes) = mpsc::sync_channel(0);
-        let loaded: Vec<_> = std::thread::scope(|scope| {
-            scope.spawn(move || load_ahead(paths.into_iter(), &LoadOptions::default(), &sender));
-            scenes.iter().map(|ready| ready.map(|ready| ready.scene)).collect()
-        });
-        let [Ok(first), Ok(second), Err(fault), Ok(third), Ok(last)] = &loaded[..] else {
-            panic!("{} scenes", loaded.len());
-        };
-        assert!(Arc::ptr_eq(&first.scene, &second.scene) && second.load == 0.0);
-        assert!(exit_code(fault) == 2 && fault.to_string().contains("gone.glb"));
-        assert!(!Arc::ptr_eq(&first.scene, &third.scene) && third.load > 0.0);
-        assert_eq!((&third.scene.path, &last.scene.path), (&pair, &elephant));
-    }
 
     #[test]
     fn a_panic_is_a_fault_after_which_the_device_is_opened_anew() {
@@ -386,13 +345,5 @@ mod tests {
         );
         assert_eq!(exit_code(&fault), 1);
         assert_eq!(guarded(|| Ok(3)).unwrap(), 3);
-    }
-
-    #[test]
-    fn nobody_who_takes_scenes_ends_the_thread() {
-        let (sender, scenes) = mpsc::sync_channel(0);
-        drop(scenes);
-        let paths = std::iter::repeat(Path::new("gone.glb"));
-        load_ahead(paths, &LoadOptions::default(), &sender);
     }
 }

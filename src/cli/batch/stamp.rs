@@ -3,15 +3,14 @@
 use super::items::Item;
 use crate::cli::config::Settings;
 use crate::cli::designer::{FILES, RESULT};
+use crate::cli::file_stamp::FileStamp;
 use crate::report::json;
-use crate::scene::Scene;
 use crate::scene::load::files;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
+use std::path::Path;
 
 /// The stamp's file beside a design's own.
 pub const STAMP: &str = "item.json";
@@ -30,16 +29,6 @@ struct Stamp<'a> {
     scores: Scores,
 }
 
-/// What tells a file from a changed one.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
-pub struct FileStamp {
-    /// The real path.
-    path: String,
-    bytes: u64,
-    /// Time of the last change, nanoseconds since 1970.
-    modified_ns: u64,
-}
-
 /// `F` before and after a design.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
@@ -47,27 +36,6 @@ pub struct Scores {
     pub headlight: f32,
     /// Under the designed lights.
     pub score: f32,
-}
-
-impl FileStamp {
-    fn of(path: &Path) -> std::io::Result<Self> {
-        let (path, metadata) = (path.canonicalize()?, path.metadata()?);
-        let age = metadata.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default();
-        Ok(Self {
-            path: path.to_string_lossy().into_owned(),
-            bytes: metadata.len(),
-            modified_ns: u64::try_from(age.as_nanos()).unwrap_or(u64::MAX),
-        })
-    }
-
-    /// Stamps of all files of a scene.
-    ///
-    /// # Errors
-    /// [`Error::Input`] for a file that is no longer there.
-    pub fn all(scene: &Scene) -> Result<Vec<Self>> {
-        let stamp = |path: &PathBuf| Self::of(path).map_err(|fault| Error::input(path, fault));
-        scene.files.iter().map(stamp).collect()
-    }
 }
 
 /// The content of `item.json`.
@@ -104,10 +72,9 @@ pub fn finished(item: &Item, folder: &Path) -> Option<Scores> {
     let files = Vec::<FileStamp>::deserialize(&stamp["files"]).ok()?;
     let scores = Scores::deserialize(&stamp).ok()?;
     let wanted: Value = serde_json::from_str(&text(&item.settings, &files, scores).ok()?).ok()?;
-    let unchanged =
-        |file: &FileStamp| FileStamp::of(Path::new(&file.path)).is_ok_and(|now| now == *file);
     let scene = FileStamp::of(&item.scene).ok()?;
-    let same = wanted == stamp && files.first() == Some(&scene) && files.iter().all(unchanged);
+    let same =
+        wanted == stamp && files.first() == Some(&scene) && files.iter().all(FileStamp::holds);
     let whole = FILES.iter().all(|name| folder.join(name).is_file())
         && result["score"] == stamp["score"]
         && result["headlight"]["score"] == stamp["headlight"];

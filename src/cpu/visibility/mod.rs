@@ -33,17 +33,27 @@ const BATCH: u32 = 1 << 18;
 /// # Panics
 /// For a scene or a view that [`Scene::check`] or [`View::check`] refuses.
 pub fn draw(scene: &Scene, view: &View) -> Surface {
-    let objects: Vec<_> =
-        scene.instances.iter().map(|instance| Object::new(scene, view, instance)).collect();
-    let painter = Painter { scene, view, objects };
-    let code = painter.codes();
+    let painter = Painter::new(scene, view);
+    let (code, _) = painter.codes(u64::MAX);
     painter.surface(code)
 }
 
-/// Triangles of a chunk in drawing order, and which of them each band of rows has to draw.
+/// The same, or `None` where the triangles' boxes have more than `most` pixels together: triangles that cover each
+/// other many times over take time without end.
+///
+/// # Panics
+/// As [`draw`].
+pub fn draw_within(scene: &Scene, view: &View, most: u64) -> Option<Surface> {
+    let painter = Painter::new(scene, view);
+    let (code, pixels) = painter.codes(most);
+    (pixels <= most).then(|| painter.surface(code))
+}
+
+/// Triangles of a chunk in drawing order, which of them each band of rows has to draw, and the pixels of their boxes.
 struct Chunk {
     triangles: Vec<Triangle>,
     bands: Vec<Vec<u32>>,
+    pixels: u64,
 }
 
 struct Painter<'a> {
@@ -52,17 +62,27 @@ struct Painter<'a> {
     objects: Vec<Object<'a>>,
 }
 
-impl Painter<'_> {
-    /// Colour code of each pixel.
-    fn codes(&self) -> Vec<u32> {
+impl<'a> Painter<'a> {
+    fn new(scene: &'a Scene, view: &'a View) -> Self {
+        let object = |instance| Object::new(scene, view, instance);
+        Self { scene, view, objects: scene.instances.iter().map(object).collect() }
+    }
+
+    /// Colour code of each pixel, and the pixels of all triangles' boxes; where these are more than `most`, not all
+    /// are drawn.
+    fn codes(&self, most: u64) -> (Vec<u32>, u64) {
         let (width, height) = (self.view.width, self.view.height);
         let pixels = width as usize * height as usize;
         let (mut depth, mut code) = (vec![0.0; pixels], vec![0; pixels]);
-        let end = self.scene.polygons() + 1;
+        let (end, mut all) = (self.scene.polygons() + 1, 0);
         for batch in chunks(1..end, BATCH) {
             let chunks: Vec<_> = chunks(batch, CHUNK).collect();
             let chunks: Vec<_> =
                 chunks.into_par_iter().map(|polygons| self.set_up(polygons)).collect();
+            all += chunks.iter().map(|chunk| chunk.pixels).sum::<u64>();
+            if all > most {
+                break;
+            }
             let band = (BAND_ROWS * width) as usize;
             let bands = depth.par_chunks_mut(band).zip(code.par_chunks_mut(band)).enumerate();
             bands.for_each(|(band, (depth, code))| {
@@ -76,7 +96,7 @@ impl Painter<'_> {
                 }
             });
         }
-        code
+        (code, all)
     }
 
     fn fill(&self, triangle: &Triangle, target: &mut Target) {
@@ -93,7 +113,7 @@ impl Painter<'_> {
     /// Projects and culls polygons, and sorts them into the bands that they touch.
     fn set_up(&self, polygons: Range<u32>) -> Chunk {
         let bands = self.view.height.div_ceil(BAND_ROWS) as usize;
-        let mut chunk = Chunk { triangles: Vec::new(), bands: vec![Vec::new(); bands] };
+        let mut chunk = Chunk { triangles: Vec::new(), bands: vec![Vec::new(); bands], pixels: 0 };
         let volume = Volume::new(self.view.width, self.view.height);
         let mut object = self.object(polygons.start);
         let mut projector = Projector::new(self.view, &volume);
@@ -125,9 +145,11 @@ impl Painter<'_> {
         let front = (winding == Winding::CounterClockwise) != object.mirrored;
         let rows = triangle.rows(self.view.height);
         let shown = front || object.material.double_sided;
-        if !shown || rows.is_empty() || triangle.columns(self.view.width).is_empty() {
+        let columns = triangle.columns(self.view.width);
+        if !shown || rows.is_empty() || columns.is_empty() {
             return;
         }
+        chunk.pixels += rows.len() as u64 * columns.len() as u64;
         let at = chunk.triangles.len() as u32;
         for band in rows.start / BAND_ROWS..=(rows.end - 1) / BAND_ROWS {
             chunk.bands[band as usize].push(at);

@@ -1,9 +1,9 @@
 //! Recording and running commands; labels and timestamps of the stages.
 
 use super::memory::{Buffer, Image};
-use crate::Result;
 use crate::gpu::Context;
 use crate::gpu::vulkan::Call;
+use crate::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
 use std::ffi::CString;
@@ -12,6 +12,9 @@ use std::time::{Duration, Instant};
 
 /// How long the end of a run is waited for awake: about as long as a generation takes on a large GPU.
 const SPIN: Duration = Duration::from_micros(200);
+/// How long the end of a run is waited for at most. Runs are made to take a second on a slow GPU, a software device may
+/// take many.
+const LIMIT: Duration = Duration::from_secs(600);
 
 /// A command buffer with its pool and the fence that tells its end.
 pub struct Commands {
@@ -74,7 +77,8 @@ impl Commands {
         unsafe { device.end_command_buffer(self.raw) }.call("vkEndCommandBuffer")
     }
 
-    /// Runs what was recorded and waits for its end.
+    /// Runs what was recorded and waits for its end. A device that does not come to it is forgotten
+    /// ([`Context::forget_device`]): what it still works on stays.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`], a lost device among them.
@@ -85,12 +89,16 @@ impl Commands {
         // SAFETY: the fence is alive, and no work that would signal it is under way.
         unsafe { device.reset_fences(&[self.fence]) }.call("vkResetFences")?;
         self.context.submit(&submit, self.fence)?;
-        self.wait()
+        let ended = self.wait(LIMIT);
+        if let Err(Error::Vulkan { result: vk::Result::TIMEOUT, .. }) = ended {
+            self.context.forget_device();
+        }
+        ended
     }
 
     /// Waits for the fence: looks at it again and again for a while, as waking a thread takes longer
     /// than many a generation.
-    fn wait(&self) -> Result<()> {
+    fn wait(&self, limit: Duration) -> Result<()> {
         let device = self.context.device()?;
         let start = Instant::now();
         while start.elapsed() < SPIN {
@@ -100,8 +108,9 @@ impl Commands {
             }
             std::hint::spin_loop();
         }
+        let limit = u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX);
         // SAFETY: as above.
-        unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) }.call("vkWaitForFences")
+        unsafe { device.wait_for_fences(&[self.fence], true, limit) }.call("vkWaitForFences")
     }
 
     /// Records `body`, runs it once and waits.
@@ -433,6 +442,35 @@ mod tests {
             Ok(())
         })
         .unwrap();
+    }
+
+    #[test]
+    fn waits_have_a_limit() {
+        let context = testing::context();
+        let device = context.device().unwrap();
+        // SAFETY: the device is alive, and the info complete.
+        let event = unsafe { device.create_event(&vk::EventCreateInfo::default(), None) }.unwrap();
+        let mut commands = Commands::new(&context).unwrap();
+        let (from, to) = (vk::PipelineStageFlags::HOST, vk::PipelineStageFlags::TOP_OF_PIPE);
+        let waits = |cmd| {
+            // SAFETY: `cmd` is being recorded on the event's device.
+            unsafe { device.cmd_wait_events(cmd, &[event], from, to, &[], &[], &[]) };
+            Ok(())
+        };
+        commands.record(waits).unwrap();
+        let buffers = [commands.raw];
+        let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
+        context.submit(&submit, commands.fence).unwrap();
+        let begin = Instant::now();
+        let fault = commands.wait(Duration::from_millis(20)).unwrap_err();
+        assert!(fault.to_string().contains("vkWaitForFences") && fault.is_device(), "{fault}");
+        assert!(begin.elapsed() < Duration::from_secs(5));
+        // SAFETY: the event is alive; once it is set the commands end, and nobody uses it any more.
+        unsafe {
+            device.set_event(event).unwrap();
+            commands.wait(LIMIT).unwrap();
+            device.destroy_event(event, None);
+        }
     }
 
     #[test]

@@ -1,0 +1,123 @@
+//! Many designs in one process: no memory, handles or time may be lost on the way. `make soak` runs it.
+
+#![cfg(target_os = "linux")]
+
+use klieg::cpu::{self, CpuEvaluator};
+use klieg::design::{profile::NATURAL, run, start};
+use klieg::evaluate::Evaluator;
+use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
+use klieg::objective::shadows::ShadowSettings;
+use klieg::optimize::{self, Settings, Setup};
+use klieg::scene::Scene;
+use klieg::scene::framing::{Framing, frame};
+use klieg::scene::load::load;
+use klieg::scene::view::View;
+use klieg_support::common::ball;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Kilobytes that the heap may grow by its own ways of keeping memory.
+const SLACK: i64 = 4096;
+
+/// Kilobytes of the process in memory, and its open files.
+fn taken() -> (i64, usize) {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    let kilobytes = line.trim().trim_end_matches(" kB").parse().unwrap();
+    (kilobytes, std::fs::read_dir("/proc/self/fd").unwrap().count())
+}
+
+fn shadows() -> ShadowSettings {
+    ShadowSettings { on: true, side: 17, ..ShadowSettings::default() }
+}
+
+fn native(scene: &Scene, view: &View) -> CpuEvaluator {
+    let (objective, shading) = ((NATURAL.objective)(), (NATURAL.shading)());
+    let maps = cpu::draw(scene, view, &objective, (&shadows(), None)).unwrap();
+    CpuEvaluator::new(maps, view, objective, shading).unwrap()
+}
+
+fn on_device(context: &Arc<Context>, scene: &Scene, view: &View) -> GpuEvaluator {
+    let both = ((NATURAL.objective)(), (NATURAL.shading)());
+    GpuEvaluator::with_shadows(context, scene, view, both, &shadows()).unwrap()
+}
+
+/// A small design, from the file on.
+fn design(
+    path: &std::path::Path,
+    seed: u64,
+    make: &mut dyn FnMut(&Scene, &View) -> Box<dyn Evaluator>,
+) -> f32 {
+    let scene = load(path).unwrap();
+    let view = View::new(&scene, frame(&scene, &Framing::default(), 1.0).unwrap(), 24, 24).unwrap();
+    let mut evaluator = make(&scene, &view);
+    let genome = NATURAL.genome().unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let first = start::first(&scene, &view, evaluator.maps().unwrap(), &genome, &mut rng);
+    let mut settings = Settings::default();
+    (settings.genetic.population, settings.genetic.generations) = (6, 3);
+    let setup = Setup { bounds: genome.bounds(), first, settings: &settings, rng };
+    let mut search = optimize::create(NATURAL.optimizer.name, setup).unwrap();
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    run(&mut *search, &genome, &mut *evaluator, go_on).unwrap().score
+}
+
+/// Makes so many designs; all with one seed have one score.
+fn soak(
+    name: &str,
+    designs: usize,
+    mut make: impl FnMut(usize, &Scene, &View) -> Box<dyn Evaluator>,
+) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ball.gltf");
+    std::fs::write(&path, ball().to_string()).unwrap();
+    let mut scores = [None; 5];
+    let (mut warm, mut times) = ((0, 0), Vec::new());
+    for number in 0..designs {
+        if number == designs / 5 {
+            warm = taken();
+        }
+        let begin = Instant::now();
+        let score =
+            design(&path, (number % 5) as u64, &mut |scene, view| make(number, scene, view));
+        times.push(begin.elapsed());
+        assert_eq!(*scores[number % 5].get_or_insert(score), score, "design {number}");
+    }
+    let (kilobytes, handles) = taken();
+    // The quickest of a fifth: other processes make the machine slow at times.
+    let quickest = |part: &[Duration]| part.iter().min().copied().unwrap_or_default();
+    let fifth = (designs / 5).max(1);
+    let (early, late) = (quickest(&times[..fifth]), quickest(&times[designs - fifth..]));
+    println!(
+        "{name}: {designs} designs of {early:.2?} to {late:.2?}, {:+} kB, {:+} handles",
+        kilobytes - warm.0,
+        handles as i64 - warm.1 as i64
+    );
+    assert!(kilobytes - warm.0 < SLACK && handles <= warm.1);
+    assert!(late < early * 3 / 2 + Duration::from_millis(1));
+}
+
+fn designs(usual: usize) -> usize {
+    std::env::var("KLIEG_SOAK").map_or(usual, |number| number.parse().expect("a number of designs"))
+}
+
+#[test]
+fn designs_on_the_cpu_leave_nothing_behind() {
+    soak("CPU", designs(200), |_, scene, view| Box::new(native(scene, view)));
+}
+
+/// The device is opened anew for every hundredth design.
+#[test]
+fn designs_on_a_device_leave_nothing_behind() {
+    let open = || Context::new(&ContextOptions::default()).unwrap();
+    let mut context = open();
+    soak("device", designs(100), |number, scene, view| {
+        if number % 100 == 99 {
+            context = open();
+        }
+        Box::new(on_device(&context, scene, view))
+    });
+}
