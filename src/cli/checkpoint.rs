@@ -1,7 +1,6 @@
 //! `--checkpoint` and `--resume`: a search that goes on where a killed one was.
 
 use super::file_stamp::FileStamp;
-use super::print;
 use super::session::{Session, warn};
 use crate::Error;
 use crate::design::Journal;
@@ -55,7 +54,7 @@ impl CheckpointOptions {
             return Err(anyhow::Error::new(fault).context(Error::Argument(text)));
         }
         if !journal.is_new() {
-            print::note(format_args!("going on with {}", path.display()));
+            tracing::info!("going on with {}", path.display());
         }
         Ok(Some(journal))
     }
