@@ -7,7 +7,7 @@ use crate::math::color::{srgb_decode, srgb_encode};
 use crate::objective::maps::Surface;
 use crate::objective::{BURNT, UNLIT};
 use crate::scene::occluders::{self, Packet, RAYS};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec3A};
 use std::ops::AddAssign;
 
 /// Rays of a sample to a light with a size, where some of its pixel's rays reach the light and others do not.
@@ -176,10 +176,12 @@ impl Painter<'_> {
         let is_point = light.radius2 > 0.0;
         let distance =
             if is_point { sample.place.position.distance(light.position.into()) } else { 1.0 };
+        // Of three lanes compilers make vectors of four, whose last one may hold what is slow to calculate with.
+        let towards = Vec3A::from(towards);
         let (x, y) = towards.any_orthonormal_pair();
         let way = towards * distance + (x * disc.x + y * disc.y) * light.size;
         let length = way.length();
-        Ray::new(sample, way / length, if is_point { length } else { f32::INFINITY })
+        Ray::new(sample, (way / length).into(), if is_point { length } else { f32::INFINITY })
     }
 
     /// Adds 1 to the count of every ray that nothing blocks.
