@@ -67,12 +67,12 @@ pub(super) fn run(options: &Options) -> Result<()> {
 }
 
 fn show(listing: &Listing) -> String {
-    let mut table = print::columns(&["device", "name", "type", "driver", "can"], &[]);
+    let mut table = print::columns(&["device", "what it is and does"], &[]);
     table.column_iter_mut().for_each(|c| c.set_cell_alignment(comfy_table::CellAlignment::Left));
     for entry in &listing.devices {
         let (index, info, able) = match entry {
             Entry::Vulkan(report) => (report.index, &report.info, abilities(report)),
-            Entry::Cpu { index, info, .. } => (*index, info, "run klieg".into()),
+            Entry::Cpu { index, info, .. } => (*index, info, "runs klieg".into()),
         };
         let mut names = vec![index.to_string()];
         if index == listing.auto {
@@ -84,13 +84,8 @@ fn show(listing: &Listing) -> String {
         if matches!(entry, Entry::Cpu { .. }) {
             names.push("cpu".into());
         }
-        table.add_row([
-            names.join(", "),
-            info.name.clone(),
-            info.kind.into(),
-            info.driver.clone(),
-            able,
-        ]);
+        let DeviceInfo { name, kind, driver } = info;
+        table.add_row([names.join(", "), format!("{name}: {kind}, {driver}\n{able}")]);
     }
     let fault = listing.no_vulkan.as_ref().map(|fault| format!("\n{fault}\n"));
     let table = print::wrapped(table);
@@ -100,7 +95,7 @@ fn show(listing: &Listing) -> String {
 /// What a Vulkan device can and cannot do.
 fn abilities(report: &DeviceReport) -> String {
     if !report.lacks.is_empty() {
-        return format!("not run klieg: lacks {}", report.lacks.join(", "));
+        return format!("cannot run klieg: lacks {}", report.lacks.join(", "));
     }
     let timed = if report.timestamps { "timed stages" } else { "no timed stages" };
     let (layers, side) = (report.max_layers, report.max_size);
@@ -111,7 +106,7 @@ fn abilities(report: &DeviceReport) -> String {
         false => "pipeline compute alone".into(),
     };
     let mut can = format!(
-        "run klieg: {drawing}, {side} pixels a side, {memory:.1} GiB, {timed}\n\
+        "runs klieg: {drawing}, {side} pixels a side, {memory:.1} GiB, {timed}\n\
          pipeline {pipeline}: {reason}"
     );
     if !report.draws_scenes {

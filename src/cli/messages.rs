@@ -11,14 +11,18 @@ use tracing::{Event, Level, Subscriber, enabled};
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt as _};
 use tracing_subscriber::util::SubscriberInitExt as _;
 
+/// Behind the options of a command in its help.
+const LAST: usize = 900;
+
 /// How much klieg says.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct Verbosity {
     /// Say more: what is read, chosen and written, and how long it takes
-    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet")]
+    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet",
+        display_order = LAST)]
     verbose: u8,
     /// Say less: no notes, warnings and progress, only results and errors
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, display_order = LAST)]
     quiet: bool,
 }
 

@@ -117,7 +117,7 @@ impl Loaded {
         let load = milliseconds(start);
         let (files, triangles) = (scene.files.len(), scene.polygons());
         tracing::debug!(
-            "read {} ({files} files, {triangles} triangles) in {load:.0} ms",
+            "read {}: {triangles} triangles, files: {files}, in {load:.0} ms",
             path.display()
         );
         Ok(Self { scene, load })

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { LIGHTS = 2, SIDE = 256 };
+enum { LIGHTS = 2, SIDE = 128 };
 
 /* Ends the program where a call fails. `handle` is the call's first argument, where that is a handle. */
 static void check(klieg_status status, const void *handle) {
@@ -48,7 +48,7 @@ int main(int count, char **arguments) {
     check(klieg_evaluator_suggest(evaluator, &design, lights), evaluator);
     design.first = lights; /* where the search begins */
     check(klieg_designer_create(&design, &designer), NULL);
-    check(klieg_designer_advance(designer, evaluator, 30, NULL), designer);
+    check(klieg_designer_advance(designer, evaluator, 20, NULL), designer);
     check(klieg_designer_best(designer, lights, LIGHTS, NULL), designer);
 
     check(klieg_evaluator_frame(evaluator, &frame), evaluator);

@@ -141,9 +141,9 @@ pub(super) fn run(options: &Options) -> Result<()> {
 }
 
 fn summary(exhibit: &Exhibit<Figures>) -> String {
-    let within = |at: usize| format!("within {} %", TARGETS[at]);
+    let within = |at: usize| format!("within\n{} %", TARGETS[at]);
     let (two, one) = (within(2), within(3));
-    let numbers = ["median gap, %", "quartiles", "worst", &two, &one, "evaluations"];
+    let numbers = ["median\ngap, %", "quartiles", "worst", &two, &one, "evalua-\ntions"];
     let mut table = print::columns(&["lights", ""], &numbers);
     for standing in &exhibit.data.standings {
         let gaps = standing.gaps;

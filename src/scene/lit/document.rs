@@ -255,7 +255,7 @@ impl Document {
 /// [`Error::Output`].
 pub fn save(out: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<()> {
     let save = || {
-        let mut builder = tempfile::Builder::new();
+        let builder = &mut tempfile::Builder::new();
         #[cfg(unix)]
         {
             // As any other new file; a temporary file would be for its owner alone.
