@@ -113,6 +113,13 @@ pub(super) fn wrapped(mut table: Table) -> Table {
     table
 }
 
+/// Leaves one blank between columns, where there are many.
+pub(super) fn tighten(table: &mut Table) {
+    table.column_iter_mut().for_each(|column| {
+        column.set_padding((0, 1));
+    });
+}
+
 /// An empty table with a header, its columns but the first aligned to the right.
 pub(super) fn columns(names: &[&str], more: &[&str]) -> Table {
     let mut table = Table::new();

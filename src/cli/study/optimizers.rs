@@ -145,6 +145,7 @@ fn summary(exhibit: &Exhibit<Figures>) -> String {
     let (two, one) = (within(2), within(3));
     let numbers = ["median\ngap, %", "quartiles", "worst", &two, &one, "evalua-\ntions"];
     let mut table = print::columns(&["lights", ""], &numbers);
+    print::tighten(&mut table);
     for standing in &exhibit.data.standings {
         let gaps = standing.gaps;
         table.add_row([

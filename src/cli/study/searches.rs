@@ -210,9 +210,7 @@ pub(super) fn ablation(options: &AblationOptions) -> Result<()> {
         &["", "F"],
         &["edge", "mean", "grad", "var", "hist", "white", "key\nup", "key\naside", "change"],
     );
-    table.column_iter_mut().for_each(|column| {
-        column.set_padding((0, 1));
-    });
+    print::tighten(&mut table);
     for variant in &exhibit.data.variants {
         let numbers = [variant.score].into_iter().chain(variant.terms.values());
         let numbers = numbers.map(|x| format!("{x:.3}")).chain([
