@@ -1367,8 +1367,8 @@ typedef struct klieg_design {
     // 0.1..1.5 of the key's intensity.
     struct klieg_role_box rim;
     // How the lights are searched: `"shade"`, the differential evolution SHADE, which `NULL` stands for; `"ga"`, the
-    // paper's genetic algorithm; `"greedy"`, steepest descents; `"restarts"`, such descents one after another; or
-    // `"random"`.
+    // paper's genetic algorithm; `"cma-es"`, BIPOP-CMA-ES; `"greedy"`, steepest descents; `"restarts"`, such descents
+    // one after another; or `"random"`.
     const char *optimizer;
     // Individuals of a generation, 2..131072; by default 20, of the profile "paper" 30. Of SHADE and random
     // search too.
@@ -1467,8 +1467,8 @@ void klieg_designer_destroy(struct klieg_designer *designer);
 // Gives the rigs whose scores the search wants next: `*rigs` of them, one after the other, each with the
 // design's number of lights; none when the search has ended. `capacity` is the number of lights that
 // `lights` has room for. Of `"shade"`, `"ga"` and `"random"`, `klieg_design::population` · `klieg_design::lights` is in
-// any case enough; descents ask for two rigs for each value of each light of each descent. Asking again gives
-// the same until `klieg_designer_tell`.
+// any case enough; descents ask for two rigs for each value of each light of each descent, and `"cma-es"` for 1,025
+// at most. Asking again gives the same until `klieg_designer_tell`.
 //
 // Elites of the genetic algorithm keep their scores, so that there are fewer rigs after the first
 // generation. `lights` may be `NULL` to be told their number alone.

@@ -54,9 +54,9 @@ fn a_design_writes_all_files_and_beats_the_headlight() {
     assert_ne!(best, std::fs::read(place.path("a/b/headlight.png")).unwrap());
     let table = std::fs::read_to_string(place.path("a/b/convergence.csv")).unwrap();
     let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
-    assert_eq!(rows[0], ["generation", "evaluations", "best", "mean", "worst"]);
+    assert_eq!(rows[0], ["generation", "evaluations", "best", "mean", "worst", "picture"]);
     assert_eq!(rows.len(), 5);
-    assert_eq!(rows[4][..2], ["4", "32"]);
+    assert_eq!([rows[4][0], rows[4][1], rows[4][5]], ["4", "32", "whole"]);
     let best: f64 = rows[4][2].parse().unwrap();
     assert!((best - result["score"].as_f64().unwrap()).abs() < 1e-5);
 }

@@ -200,7 +200,7 @@ fn no_arguments_and_help() {
 fn unknown_optimizers_are_answered_with_all_names() {
     let place = Folder::new();
     std::fs::write(place.path("odd.toml"), "seed = 1\noptimizer = \"annealing\"\n").unwrap();
-    let names = ["ga", "shade", "greedy", "restarts", "random"];
+    let names = ["ga", "shade", "cma-es", "greedy", "restarts", "random"];
     for arguments in [
         ["design", "ball.gltf", "--out", "out", "--optimizer", "annealing"],
         ["batch", "ball.gltf", "--out", "out", "--optimizer", "annealing"],

@@ -46,6 +46,7 @@ fn every_optimizer_is_chosen_by_its_name() {
     let genetic = design("genetic", &["--profile", "paper", "--optimizer", "ga"]);
     assert_eq!((made(&genetic), &genetic["score"]), (29, &paper["score"]));
     assert_eq!(made(&design("random", &["--optimizer", "random"])), 32);
+    assert!((29..29 + 10).contains(&made(&design("cma-es", &["--optimizer", "cma-es"]))));
     let named = design("named", &["--config", "random.toml"]);
     assert_eq!(named["score"], place.read_json("random/result.json")["score"]);
     let restarts = made(&design("restarts", &["--optimizer", "restarts"]));
@@ -93,8 +94,11 @@ fn a_search_may_begin_on_small_pictures_and_tells_the_score_of_the_whole_one() {
             command.args(["--generations", "12", "--population", "8"]);
             command.args(["--out", out, "--coarse", coarse]).assert().success();
             let table = std::fs::read_to_string(place.path(&format!("{out}/convergence.csv")));
+            let table = table.unwrap();
             let best = |line: &str| line.split(',').nth(2).unwrap().parse().unwrap();
-            let bests: Vec<f32> = table.unwrap().lines().skip(1).map(best).collect();
+            let bests: Vec<f32> = table.lines().skip(1).map(best).collect();
+            let small = table.lines().filter(|line| line.ends_with(",small")).count();
+            assert_eq!(small > 0, coarse != "0", "{device}");
             let score = place.read_json(&format!("{out}/result.json"))["score"].as_f64().unwrap();
             (bests, score as f32)
         };

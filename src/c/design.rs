@@ -64,8 +64,8 @@ pub struct klieg_design {
     /// 0.1..1.5 of the key's intensity.
     pub rim: klieg_role_box,
     /// How the lights are searched: `"shade"`, the differential evolution SHADE, which `NULL` stands for; `"ga"`, the
-    /// paper's genetic algorithm; `"greedy"`, steepest descents; `"restarts"`, such descents one after another; or
-    /// `"random"`.
+    /// paper's genetic algorithm; `"cma-es"`, BIPOP-CMA-ES; `"greedy"`, steepest descents; `"restarts"`, such descents
+    /// one after another; or `"random"`.
     pub optimizer: *const c_char,
     /// Individuals of a generation, 2..131072; by default 20, of the profile "paper" 30. Of SHADE and random
     /// search too.

@@ -90,8 +90,8 @@ pub unsafe extern "C" fn klieg_designer_destroy(designer: *mut klieg_designer) {
 /// Gives the rigs whose scores the search wants next: `*rigs` of them, one after the other, each with the
 /// design's number of lights; none when the search has ended. `capacity` is the number of lights that
 /// `lights` has room for. Of `"shade"`, `"ga"` and `"random"`, `klieg_design::population` · `klieg_design::lights` is in
-/// any case enough; descents ask for two rigs for each value of each light of each descent. Asking again gives
-/// the same until `klieg_designer_tell`.
+/// any case enough; descents ask for two rigs for each value of each light of each descent, and `"cma-es"` for 1,025
+/// at most. Asking again gives the same until `klieg_designer_tell`.
 ///
 /// Elites of the genetic algorithm keep their scores, so that there are fewer rigs after the first
 /// generation. `lights` may be `NULL` to be told their number alone.
@@ -231,7 +231,7 @@ pub unsafe extern "C" fn klieg_designer_renew(designer: *mut klieg_designer) -> 
 /// # Safety
 /// `to` is `NULL` or may be written to.
 unsafe fn report(to: *mut klieg_progress, progress: &Progress) {
-    let &Progress { generation, evaluations, best, mean, worst } = progress;
+    let &Progress { generation, evaluations, best, mean, worst, .. } = progress;
     let (generation, evaluations) = (generation as u64, evaluations as u64);
     // SAFETY: the caller's promise.
     if let Some(to) = unsafe { to.as_mut() } {

@@ -74,7 +74,8 @@ pub fn objective(objective: &Objective, whole: &View, small: &View) -> Objective
 /// Runs a search that counts generations: its first ones on small pictures, which `coarse` measures, the others on
 /// whole ones. There it goes on with what it holds, all scored anew. `generations` are those of both together.
 ///
-/// The history has the scores as they were; the outcome's is that of the whole picture.
+/// The history has the scores as they were, and says which are those of small pictures; the outcome's is that of the
+/// whole one.
 ///
 /// # Errors
 /// As [`run`](super::run).
@@ -89,6 +90,7 @@ pub fn run_coarse_first(
     let first = (generations as f64 * f64::from(settings.share)) as usize;
     let mut stopped = false;
     if first > 0 {
+        run.small = true;
         run.go(search, coarse, &mut |progress| {
             stopped = observe(progress).is_break();
             let spread = progress.worst - progress.best;
@@ -99,6 +101,7 @@ pub fn run_coarse_first(
                 ControlFlow::Continue(())
             }
         })?;
+        run.small = false;
     }
     if stopped {
         let (best, _) = search.best().ok_or_else(|| without_score(search))?;
@@ -109,7 +112,7 @@ pub fn run_coarse_first(
         return Ok(Outcome { rig, score, history: run.history, stopped });
     }
     if first > 0 {
-        search.renew(&|chromosome| chromosome.to_vec());
+        search.refine();
     }
     run.go(search, evaluator, &mut |progress| {
         stopped = observe(progress).is_break();
@@ -169,6 +172,9 @@ mod tests {
         let bests: Vec<f32> = outcome.history.iter().map(|progress| progress.best).collect();
         assert!(bests[..24].iter().all(|&best| best > 5.0) && bests[24..].iter().all(|&b| b < 5.0));
         assert!(bests[24..].is_sorted_by(|a, b| a >= b));
+        assert!(
+            outcome.history.iter().all(|progress| progress.small == (progress.generation <= 24))
+        );
         assert_eq!(outcome.score, bests[39]);
         assert_eq!(score(&outcome), outcome.score);
         assert_eq!(outcome.evaluations(), 40 * 30);

@@ -39,6 +39,8 @@ pub struct Progress {
     pub mean: f32,
     /// Highest score of the population.
     pub worst: f32,
+    /// Whether the scores are of small pictures ([`coarse`]): they are not compared with those of whole ones.
+    pub small: bool,
 }
 
 /// What a search found.
@@ -85,12 +87,14 @@ pub fn run(
 /// A search on its way.
 struct Run {
     batch: Batch,
+    /// Whether it looks at small pictures.
+    small: bool,
     history: Vec<Progress>,
 }
 
 impl Run {
     fn new(genome: &Genome) -> Result<Self> {
-        Ok(Self { batch: Batch::new(genome)?, history: Vec::new() })
+        Ok(Self { batch: Batch::new(genome)?, small: false, history: Vec::new() })
     }
 
     /// Goes on until the search ends or `observe` breaks off.
@@ -105,7 +109,8 @@ impl Run {
             let scores = self.batch.evaluate(evaluator)?;
             search.tell(scores);
             let before = self.history.last().map_or(0, |last| last.evaluations);
-            let progress = progress(search, self.history.len() + 1, before + scores.len());
+            let (generation, evaluations) = (self.history.len() + 1, before + scores.len());
+            let progress = progress(search, (generation, evaluations), self.small);
             self.history.push(progress);
             if observe(&progress).is_break() {
                 break;
@@ -124,7 +129,11 @@ fn without_score(search: &dyn Optimizer) -> Error {
     Error::Argument(format!("the search '{}' has ended without a score", search.name()))
 }
 
-fn progress(search: &dyn Optimizer, generation: usize, evaluations: usize) -> Progress {
+fn progress(
+    search: &dyn Optimizer,
+    (generation, evaluations): (usize, usize),
+    small: bool,
+) -> Progress {
     let scores = search.scores();
     Progress {
         generation,
@@ -132,5 +141,6 @@ fn progress(search: &dyn Optimizer, generation: usize, evaluations: usize) -> Pr
         best: search.best().map_or(f32::INFINITY, |(_, score)| score),
         mean: scores.iter().sum::<f32>() / scores.len().max(1) as f32,
         worst: scores.iter().copied().fold(f32::NEG_INFINITY, f32::max),
+        small,
     }
 }

@@ -4,6 +4,8 @@
 //! [`OPTIMIZERS`] lists the searches by name; [`create`] makes one of them.
 
 pub mod best;
+pub mod bipop;
+mod cma;
 pub mod descent;
 pub mod genetic;
 pub mod random;
@@ -11,10 +13,13 @@ pub mod restarts;
 pub mod shade;
 pub mod start;
 pub mod table;
+#[cfg(test)]
+mod testing;
 
 use std::fmt::Debug;
 
 pub use best::Best;
+pub use bipop::Bipop;
 pub use descent::{Descent, DescentSettings, GreedySettings};
 pub use genetic::{Genetic, GeneticSettings, MAX_POPULATION};
 pub use random::Random;
@@ -50,6 +55,11 @@ pub trait Optimizer: Debug + Send + Sync {
     /// passed through `change`, which stays inside the ranges. The best so far and whatever ends the
     /// search count anew; a search that has ended goes on.
     fn renew(&mut self, change: &dyn Fn(&[f32]) -> Vec<f32>);
+
+    /// Forgets all scores, as more exact ones of the same landscape come from here on; the search is no younger for it.
+    fn refine(&mut self) {
+        self.renew(&|chromosome| chromosome.to_vec());
+    }
 
     /// A copy, random numbers included.
     fn boxed(&self) -> Box<dyn Optimizer>;
@@ -230,7 +240,11 @@ mod tests {
         wrong.genetic.population = 1;
         let middle = vec![0.0; 3];
         refused("annealing", setup(middle.clone(), &settings), "'annealing'");
-        refused("", setup(middle.clone(), &settings), "ga, shade, greedy, restarts, random");
+        refused(
+            "",
+            setup(middle.clone(), &settings),
+            "ga, shade, cma-es, greedy, restarts, random",
+        );
         for entry in OPTIMIZERS {
             refused(entry.name, setup(vec![0.0; 2], &settings), "2 alleles");
             refused(entry.name, setup(vec![0.0, f32::NAN, 0.0], &settings), "allele 1");

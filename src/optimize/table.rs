@@ -1,14 +1,14 @@
 //! The optimisers by name.
 
 use super::{GeneticSettings, GreedySettings, Optimizer, ShadeSettings, StartSettings};
-use super::{descent, genetic, random, restarts, shade};
+use super::{bipop, descent, genetic, random, restarts, shade};
 use crate::math::range::Range;
 use crate::{Error, Result};
 use rand_chacha::ChaCha8Rng;
 
 /// Every optimiser.
 pub const OPTIMIZERS: &[Entry] =
-    &[genetic::ENTRY, shade::ENTRY, descent::ENTRY, restarts::ENTRY, random::ENTRY];
+    &[genetic::ENTRY, shade::ENTRY, bipop::ENTRY, descent::ENTRY, restarts::ENTRY, random::ENTRY];
 
 /// An optimiser by its name.
 #[derive(Debug, Clone, Copy)]

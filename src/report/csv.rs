@@ -2,15 +2,16 @@
 
 use crate::design::Progress;
 
-/// `generation,evaluations,best,mean,worst`, one row a generation.
+/// `generation,evaluations,best,mean,worst,picture`, one row a generation; `picture` is `small` or `whole`.
 ///
 /// # Errors
 /// None in practice: the table is written to memory.
 pub fn convergence(history: &[Progress]) -> csv::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(Vec::new());
-    table.write_record(["generation", "evaluations", "best", "mean", "worst"])?;
+    table.write_record(["generation", "evaluations", "best", "mean", "worst", "picture"])?;
     for p in history {
-        table.serialize((p.generation, p.evaluations, p.best, p.mean, p.worst))?;
+        let picture = if p.small { "small" } else { "whole" };
+        table.serialize((p.generation, p.evaluations, p.best, p.mean, p.worst, picture))?;
     }
     table.into_inner().map_err(|e| e.into_error().into())
 }

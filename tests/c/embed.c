@@ -369,7 +369,7 @@ static void search(klieg_evaluator *evaluator) {
     klieg_designer_destroy(other);
 
     /* Any other optimizer, by its name. */
-    const char *const names[] = {"ga", "shade", "greedy", "restarts", "random"};
+    const char *const names[] = {"ga", "shade", "cma-es", "greedy", "restarts", "random"};
     for (size_t i = 0; i < COUNT(names); i++) {
         design.optimizer = names[i];
         CHECK(NULL, klieg_designer_create(&design, &other));

@@ -3,6 +3,7 @@
 use super::theme::{self, Axes, FIRST, SECOND, Scale, THIRD};
 use crate::design::Progress;
 use plotters::prelude::*;
+use std::ops::Range;
 
 /// A line of the plot: name, colour, width in pixels, and its value in a generation.
 type Line = (&'static str, RGBColor, u32, fn(&Progress) -> f32);
@@ -13,7 +14,8 @@ const LINES: [Line; 3] = [
     ("best", FIRST, 3, |p| p.best),
 ];
 
-/// Best, mean and worst score of each generation, as an SVG of `size` (width, height).
+/// Best, mean and worst score of each generation, as an SVG of `size` (width, height). Where a search begins on small
+/// pictures, whose scores are others, the lines are broken, and what either part looks at is written there.
 ///
 /// # Errors
 /// The plotting library's reason, in words.
@@ -25,17 +27,39 @@ fn draw(history: &[Progress], root: &theme::Area) -> theme::Drawn {
     let (symbols, area) = theme::legend(root, &LINES.map(|(name, ..)| name))?;
     let scores = history.iter().flat_map(|p| [p.best, p.mean, p.worst]);
     let generations = 1.0..history.len().max(2) as f32;
+    let span = theme::span(scores);
     let mut chart = theme::chart(&area)
-        .build_cartesian_2d(Scale::plain(generations), Scale::plain(theme::span(scores)))?;
+        .build_cartesian_2d(Scale::plain(generations), Scale::plain(span.clone()))?;
     theme::axes(&mut chart, &Axes { x: ("generation", 6), y: (theme::SCORE, 6), grid: true })?;
+    let parts = || history.chunk_by(|a, b| a.small == b.small);
     for ((_, color, width, value), symbol) in LINES.into_iter().zip(symbols) {
         let style = ShapeStyle::from(color).stroke_width(width);
-        let points = history.iter().map(|p| (p.generation as f32, value(p)));
-        let points = points.filter(|&(_, score)| theme::drawable(score));
-        chart.draw_series(LineSeries::new(points, style))?;
+        for part in parts() {
+            let points = part.iter().map(|p| (p.generation as f32, value(p)));
+            let points = points.filter(|&(_, score)| theme::drawable(score));
+            chart.draw_series(LineSeries::new(points, style))?;
+        }
         root.draw(&theme::key_line(symbol, style))?;
     }
+    if history.iter().any(|p| p.small) {
+        for part in parts() {
+            name_part(&mut chart, part, &span)?;
+        }
+    }
     Ok(())
+}
+
+/// A line where a part of the search begins, and above it what pictures it looks at.
+fn name_part(chart: &mut theme::Chart, part: &[Progress], span: &Range<f32>) -> theme::Drawn {
+    let Some(first) = part.first() else { return Ok(()) };
+    let begin = first.generation as f32;
+    if first.generation > 1 {
+        let at = begin - 0.5;
+        chart.draw_series(LineSeries::new([(at, span.start), (at, span.end)], theme::SOFT))?;
+    }
+    let name = if first.small { "small pictures" } else { "whole picture" };
+    let style = theme::font(theme::SOFT);
+    chart.draw_series([Text::new(name, (begin, span.end), style)]).map(|_| ())
 }
 
 #[cfg(test)]
@@ -43,7 +67,8 @@ mod tests {
     use super::*;
 
     fn entry(generation: usize, best: f32) -> Progress {
-        Progress { generation, evaluations: generation, best, mean: best + 0.1, worst: best + 0.4 }
+        let (mean, worst) = (best + 0.1, best + 0.4);
+        Progress { generation, evaluations: generation, best, mean, worst, small: false }
     }
 
     #[test]
@@ -53,7 +78,21 @@ mod tests {
         for text in ["generation", "F, lower is better", "best", "mean", "worst"] {
             assert!(plot.contains(text), "{text}");
         }
-        assert!(plot.matches("<polyline").count() >= 3);
+        assert!(plot.matches("<polyline").count() >= 3 && !plot.contains("small pictures"));
+    }
+
+    #[test]
+    fn where_pictures_become_whole_lines_are_broken_and_parts_named() {
+        let lines = |smalls| {
+            let history = (1..=50).map(|g| Progress { small: g <= smalls, ..entry(g, 0.3) });
+            let plot = convergence(&history.collect::<Vec<_>>(), (640, 400)).unwrap();
+            let named = ["small pictures", "whole picture"].map(|name| plot.contains(name));
+            (plot.matches("<polyline").count(), named)
+        };
+        let (one, two) = (lines(0), lines(20));
+        assert_eq!((one.1, two.1), ([false; 2], [true; 2]));
+        // Three lines more, and that between the parts.
+        assert_eq!(two.0, one.0 + 4);
     }
 
     #[test]
