@@ -171,8 +171,8 @@ impl Run {
         let started = 1.0 - (1.0 - step_path).powi(2 * self.generation.min(1 << 20) as i32);
         let stalls = length / started.sqrt() >= (1.4 + 2.0 / (n as f64 + 1.0)) * expected;
         let gain = if stalls { 0.0 } else { (path * (2.0 - path) * worth).sqrt() };
-        for i in 0..n {
-            self.path[i] = (1.0 - path) * self.path[i] + gain * step[i];
+        for (passed, step) in self.path.iter_mut().zip(&step) {
+            *passed = (1.0 - path) * *passed + gain * step;
         }
         self.learn(&order, if stalls { path * (2.0 - path) } else { 0.0 });
         let growth = ((step_path / damping) * (length / expected - 1.0)).exp();

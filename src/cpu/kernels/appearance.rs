@@ -66,11 +66,11 @@ impl AppearanceLanes {
     #[inline(always)]
     fn add(&mut self, irradiance: &mut [f32], normals: [&[f32]; 2], least: f32) {
         let mut e = lanes(irradiance, 1.0);
-        for k in 0..LANES {
-            let white = e[k] < 0.0;
-            e[k] = if white { -1.0 - e[k] } else { e[k] };
+        for (k, e) in e.iter_mut().enumerate() {
+            let white = *e < 0.0;
+            *e = if white { -1.0 - *e } else { *e };
             self.burnt[k] += u32::from(white);
-            self.unlit[k] += u32::from(e[k] < least);
+            self.unlit[k] += u32::from(*e < least);
         }
         for (covariance, normals) in self.covariance.iter_mut().zip(normals) {
             let (n, mut sum) = (lanes(normals, 0.0), *covariance);

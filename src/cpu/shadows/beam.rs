@@ -177,7 +177,7 @@ impl Surroundings {
             }
         }
         let near = (near.len() <= DENSE).then_some(near)?;
-        let near = near.chunks(BOXES).map(|near| Triangles::new(near));
+        let near = near.chunks(BOXES).map(Triangles::new);
         Some(Self { near: near.collect(), far })
     }
 }
