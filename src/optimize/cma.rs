@@ -161,19 +161,15 @@ impl Run {
         let step: Vec<f64> = (0..n).map(|i| mean_of(&self.steps, i)).collect();
         let normal: Vec<f64> = (0..n).map(|i| mean_of(&self.normals, i)).collect();
         let white = self.turn(&normal, false);
-        for i in 0..n {
-            self.mean[i] += self.step * step[i];
-            let gain = (step_path * (2.0 - step_path) * worth).sqrt();
-            self.step_path[i] = (1.0 - step_path) * self.step_path[i] + gain * white[i];
-        }
+        let gain = (step_path * (2.0 - step_path) * worth).sqrt();
+        advance(&mut self.mean, 1.0, self.step, &step);
+        advance(&mut self.step_path, 1.0 - step_path, gain, &white);
         let length = self.step_path.iter().map(|x| x * x).sum::<f64>().sqrt();
         let expected = expected_length(n);
         let started = 1.0 - (1.0 - step_path).powi(2 * self.generation.min(1 << 20) as i32);
         let stalls = length / started.sqrt() >= (1.4 + 2.0 / (n as f64 + 1.0)) * expected;
         let gain = if stalls { 0.0 } else { (path * (2.0 - path) * worth).sqrt() };
-        for (passed, step) in self.path.iter_mut().zip(&step) {
-            *passed = (1.0 - path) * *passed + gain * step;
-        }
+        advance(&mut self.path, 1.0 - path, gain, &step);
         self.learn(&order, if stalls { path * (2.0 - path) } else { 0.0 });
         let growth = ((step_path / damping) * (length / expected - 1.0)).exp();
         self.step = (self.step * growth).min(LONGEST);
@@ -236,6 +232,11 @@ impl Run {
             || self.step * long < FINEST
             || long * long > CONDITION * short * short
     }
+}
+
+/// `a = keep·a + gain·b`.
+fn advance(a: &mut [f64], keep: f64, gain: f64, b: &[f64]) {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a = keep * *a + gain * b);
 }
 
 /// Expected length of a standard normal vector.
