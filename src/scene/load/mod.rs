@@ -117,6 +117,8 @@ fn parse(path: &Path, options: &LoadOptions) -> Parsed<Scene> {
     let budget = Budget::new(bytes, options.large);
     let moved = animate::at(&document, &accessors, &options.moment, &mut warnings)?;
     let nodes = nodes::place(&document, moved)?;
+    // Before the first of them takes memory.
+    budget.check_drawn(drawings(&document.root, &nodes), 0)?;
     let scene = Scene { warnings, ..Scene::default() };
     let mut loader = Loader::new(&document, &accessors, &nodes, &budget, scene);
     for &node in &nodes.in_scene {
@@ -170,6 +172,13 @@ fn buffers(
         }
     };
     document.root.buffers.iter().enumerate().map(&mut open).collect()
+}
+
+/// Drawings that the scene's nodes ask for; instances of one node count once.
+fn drawings(root: &Root, nodes: &Nodes) -> usize {
+    let mesh = |&node: &usize| root.nodes[node].mesh.and_then(|mesh| root.get(mesh));
+    let primitives = nodes.in_scene.iter().filter_map(mesh).map(|mesh| mesh.primitives.len());
+    primitives.fold(0, usize::saturating_add)
 }
 
 /// What tells the meshes made from one glTF mesh apart: its morph weights, as bits, and the node
