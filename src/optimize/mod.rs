@@ -248,7 +248,7 @@ mod tests {
         for entry in OPTIMIZERS {
             refused(entry.name, setup(vec![0.0; 2], &settings), "2 alleles");
             refused(entry.name, setup(vec![0.0, f32::NAN, 0.0], &settings), "allele 1");
-            refused(entry.name, setup(middle.clone(), &wrong), "population of 1");
+            refused(entry.name, setup(middle.clone(), &wrong), "population is 1");
         }
     }
 }
