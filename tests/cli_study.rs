@@ -237,7 +237,7 @@ fn what_is_wrong_is_said_and_nothing_is_written() {
         (&["landscape", "--grid", "99999x99999"], "1048576"),
         (&["starts", "--from", "95,0"], "elevation"),
         (&["starts", "--from", "1,2,3"], "2 (el,az)"),
-        (&["compare", "--runs", "0"], "0 runs"),
+        (&["compare", "--runs", "0"], "runs is 0"),
         (&["sweep", "--lights", "17"], "17 lights"),
     ];
     for (arguments, fault) in cases {

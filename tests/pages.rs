@@ -162,8 +162,8 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
 fn what_is_wrong_is_said_and_nothing_is_written() {
     let place = Folder::new();
     for ([option, value], fault) in [
-        (["--runs", "0"], "0 runs"),
-        (["--runs", "1001"], "1001 runs"),
+        (["--runs", "0"], "runs is 0"),
+        (["--runs", "1001"], "runs is 1001"),
         (["--device", "no-such-device"], "no-such-device"),
     ] {
         let mut command = place.klieg(&["paper", "--quick", "--out", "out", option, value]);
