@@ -106,7 +106,7 @@ fn designs_on_the_cpu_leave_nothing_behind() {
 }
 
 #[test]
-#[ignore = "on lavapipe each design leaves 0.4 MB: docs/ROBUSTNESS.md"]
+#[ignore = "lavapipe keeps 0.4 MB for each design: docs/ROBUSTNESS.md"]
 fn designs_on_a_device_leave_nothing_behind() {
     let context = Context::new(&ContextOptions::default()).unwrap();
     soak("device", designs(60), |scene, view| Box::new(on_device(&context, scene, view)));

@@ -1,6 +1,6 @@
 //! Searches for lights: chromosomes of an [`Optimizer`] go through the [`Genome`] to an [`Evaluator`], and
 //! the scores back. [`run`] takes one search to its end,
-//! [`coarse::run_coarse_first`] on small pictures at first, [`race`] many side by side, and a [`Designer`]
+//! [`coarse::run_coarse_first`] on small pictures at first, [`race()`] many side by side, and a [`Designer`]
 //! goes on a little every frame. A [`Journal`] lets a search go on in another process.
 
 mod batch;

@@ -25,7 +25,7 @@ pub struct Path {
 /// range.
 ///
 /// # Errors
-/// As [`Genome::new`], and [`Error::Argument`](crate::Error::Argument) for a kind whose first values are
+/// As [`Genome::new`], and [`Error::Argument`] for a kind whose first values are
 /// not its angles.
 pub fn position_genome(role: Role, kind: LightKind, boxes: &Boxes) -> Result<Genome> {
     let mut boxes = *boxes;

@@ -1,7 +1,7 @@
 //! The shadow table of a view, by rays: all object pixels, all directions of the map. Reference of
 //! `shaders/shadows.comp`.
 //!
-//! [`reference`] walks once for each pixel and direction. [`table`] makes the same bits faster: rays of one
+//! [`reference()`] walks once for each pixel and direction. [`table`] makes the same bits faster: rays of one
 //! direction are parallel, so that a tile of pixels walks the tree together (`beam.rs`), or where triangles are
 //! smaller than pixels, all rays of a pixel in neighbouring directions (`rays.rs`).
 

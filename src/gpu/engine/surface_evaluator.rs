@@ -83,7 +83,8 @@ impl SurfaceEvaluator {
     /// is made on the device, in the commands of [`SurfaceEvaluator::record_view`].
     ///
     /// # Errors
-    /// As [`SurfaceEvaluator::new`], [`ShadowSettings::check`] and [`Occluders::new`], and
+    /// As [`SurfaceEvaluator::new`], [`ShadowSettings::check`] and
+    /// [`Occluders::new`](crate::scene::occluders::Occluders::new), and
     /// [`crate::Error::Unsupported`] for a scene that is more than the device's buffers can hold.
     pub fn with_shadows(
         context: &Arc<Context>,

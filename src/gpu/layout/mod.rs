@@ -39,9 +39,9 @@ pub struct Parameters {
     pub edge_laplace: f32,
     /// [`Objective::edge_contrast`].
     pub edge_contrast: f32,
-    /// [`Objective::mean_target`], or [`MEAN_OF_SCENE`].
+    /// [`Objective::mean_target`], or `MEAN_OF_SCENE`.
     pub mean_target: f32,
-    /// [`Objective::background`], or [`NO_BACKGROUND`].
+    /// [`Objective::background`], or `NO_BACKGROUND`.
     pub background: f32,
     /// To a multiple of 16 bytes.
     pub padding_middle: f32,
