@@ -13,6 +13,7 @@ pub mod npm;
 pub mod reference;
 pub mod shapes;
 pub mod surfaces;
+pub mod swiftshader;
 pub mod three;
 
 use std::path::PathBuf;
