@@ -113,8 +113,8 @@ fn a_search_may_begin_on_small_pictures_and_tells_the_score_of_the_whole_one() {
         let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         let told = told["score"].as_f64().unwrap() as f32;
         assert!((told - score).abs() < 2e-3, "{device}: {told} {score}");
-        // Half of the picture's side is small; more is not.
-        assert_eq!(design("half", "41").0, whole, "{device}");
+        // A third of the picture's side is small; more is not.
+        assert_eq!(design("third", "27").0, whole, "{device}");
     }
     let mut command = place.klieg(&["design", "ball.gltf", "--out", "out", "--coarse", "3"]);
     let output = command.assert().code(2).get_output().stderr.clone();

@@ -254,7 +254,7 @@ impl Settings {
             optimizer: OptimizerName(optimizer),
             search: GeneticSettings { population, ..GeneticSettings::default() },
             shade: ShadeSettings::default(),
-            coarse: CoarseSettings { side: coarse, ..CoarseSettings::default() },
+            coarse,
             greedy: GreedySettings::default(),
         }
     }

@@ -7,7 +7,7 @@ use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
 use crate::lighting::{Light, MAX_LIGHTS, Role};
-use crate::optimize::{self, Optimizer, Setup};
+use crate::optimize::{self, Heats, Optimizer, Setup};
 use crate::render::Picture;
 use crate::report::html::{Sheet, Shown, light_ratio};
 use crate::report::json::{self, Design};
@@ -56,13 +56,22 @@ fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result
     Ok(start::from_rig(genome, &preset.rig())?)
 }
 
-/// The search that the settings ask for.
-fn optimizer(session: &mut Session, genome: &Genome) -> Result<Box<dyn Optimizer>> {
+/// The search that the settings ask for, `count` of them side by side.
+fn optimizer(session: &mut Session, genome: &Genome, count: u32) -> Result<Box<dyn Optimizer>> {
     let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
     let first = first(session, genome, &mut rng)?;
     let (name, settings) = (session.settings.optimizer.0.name, &session.settings.optimizers());
     let setup = Setup { bounds: genome.bounds(), first, settings, rng };
-    Ok(optimize::create(name, setup)?)
+    if count == 1 {
+        return Ok(optimize::create(name, setup)?);
+    }
+    let search = |stream| {
+        let mut setup = setup.clone();
+        setup.rng.set_stream(stream);
+        optimize::create(name, setup)
+    };
+    let searches = (0..u64::from(count)).map(search).collect::<crate::Result<_>>()?;
+    Ok(Box::new(Heats::new(searches, session.settings.coarse.settled)))
 }
 
 /// The small pictures that a search begins with, and how many generations there are in all; none where the settings do
@@ -98,11 +107,12 @@ pub(super) fn search(
 ) -> Result<Outcome> {
     let start = Instant::now();
     let genome = session.complete(genome)?;
-    let mut search = optimizer(session, &genome)?;
     let coarse = match coarse_generations(session)? {
         Some((small, generations)) => coarse(session, &small)?.map(|coarse| (coarse, generations)),
         None => None,
     };
+    let count = coarse.as_ref().map_or(1, |_| session.settings.coarse.searches);
+    let mut search = optimizer(session, &genome, count)?;
     let (limit, settings) = (session.settings.time_limit, session.settings.coarse);
     let mut watch = |progress: &Progress| match observe(progress) {
         _ if limit.is_some_and(|limit| start.elapsed().as_secs_f64() >= limit) => {

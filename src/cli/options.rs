@@ -200,7 +200,7 @@ pub(super) struct SearchOptions {
     #[arg(long, value_name = "NAME", value_parser = OptimizerName::parser())]
     optimizer: Option<OptimizerName>,
     /// Longest side of the small pictures that the search begins with; 0 for none
-    /// [default: the profile's; natural: 192, paper: 0]
+    /// [default: the profile's; natural: 128, paper: 0]
     #[arg(long, value_name = "PIXELS")]
     coarse: Option<u32>,
     /// Where the search begins [default: k-means]

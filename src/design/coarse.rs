@@ -17,23 +17,28 @@ use std::ops::ControlFlow;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CoarseSettings {
-    /// Longest side of the small pictures, pixels, 16 or more; 0 for none. Where it is more than half of the whole
-    /// picture's there are none either: they would save too little.
+    /// Longest side of the small pictures, pixels, 16 or more; 0 for none. Where it is more than a third of the
+    /// whole picture's there are none either: they would save too little.
     pub side: u32,
     /// Share of a search's generations that looks at them at most, 0 to 1.
     pub share: f32,
     /// It stops earlier when the population's scores differ by no more than this share of the lowest, 0 to 1: small
     /// pictures do not tell what differs so little.
     pub settled: f32,
+    /// Searches side by side on small pictures, 1 to 64, of which the best goes on.
+    pub searches: u32,
 }
 
 impl Default for CoarseSettings {
     fn default() -> Self {
-        Self { side: 0, share: 0.5, settled: 0.1 }
+        Self::NONE
     }
 }
 
 impl CoarseSettings {
+    /// Without small pictures.
+    pub const NONE: Self = Self { side: 0, share: 0.5, settled: 0.1, searches: 1 };
+
     /// # Errors
     /// [`crate::Error::Argument`] for a setting out of its range.
     pub fn check(&self) -> Result<()> {
@@ -41,6 +46,7 @@ impl CoarseSettings {
             within("coarse.side", self.side as f32, 16.0, 16384.0)?;
         }
         within("coarse.share", self.share, 0.0, 1.0)?;
+        within("coarse.searches", self.searches as f32, 1.0, 64.0)?;
         within("coarse.settled", self.settled, 0.0, 1.0)
     }
 
@@ -50,7 +56,7 @@ impl CoarseSettings {
     /// As [`View::new`].
     pub fn view(&self, scene: &Scene, whole: &View) -> Result<Option<View>> {
         let longest = whole.width.max(whole.height);
-        if self.side == 0 || self.side > longest / 2 {
+        if self.side == 0 || self.side > longest / 3 {
             return Ok(None);
         }
         let scale = f64::from(self.side) / f64::from(longest);
@@ -163,7 +169,8 @@ mod tests {
         height(&outcome.rig.iter().map(Light::record).collect::<Vec<_>>())
     }
 
-    const SHARE: CoarseSettings = CoarseSettings { side: 16, share: 0.6, settled: 0.0 };
+    const SHARE: CoarseSettings =
+        CoarseSettings { side: 16, share: 0.6, settled: 0.0, searches: 1 };
 
     #[test]
     fn the_first_generations_look_at_small_pictures_and_the_score_is_of_whole_ones() {

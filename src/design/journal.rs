@@ -269,7 +269,7 @@ mod tests {
         let mut search = optimize::create(name, setup).unwrap();
         let (mut small, mut whole) = (Hills { base: 10.0, ..Hills::default() }, Hills::default());
         let mut run = |evaluators: (&mut dyn Evaluator, &mut dyn Evaluator)| {
-            let coarse = CoarseSettings { side: 16, share: 0.5, settled: 0.0 };
+            let coarse = CoarseSettings { side: 16, share: 0.5, settled: 0.0, searches: 1 };
             let mut observe = |progress: &Progress| match progress.generation == stop {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),

@@ -1,5 +1,6 @@
 //! Profiles: full sets of defaults that settings start from.
 
+use super::coarse::CoarseSettings;
 use crate::lighting::genome::{Boxes, Genome, RoleBox};
 use crate::lighting::shading::{Brdf, Shading};
 use crate::lighting::{LightKind, Role};
@@ -41,8 +42,8 @@ pub struct Profile {
     pub optimizer: Entry,
     /// Individuals of a generation.
     pub population: usize,
-    /// Longest side of the small pictures that a search begins with, pixels; 0 for none.
-    pub coarse: u32,
+    /// How a search begins on small pictures.
+    pub coarse: CoarseSettings,
 }
 
 /// The profiles.
@@ -63,7 +64,7 @@ pub static PAPER: Profile = Profile {
     boxes: Boxes::default,
     optimizer: genetic::ENTRY,
     population: 30,
-    coarse: 0,
+    coarse: CoarseSettings::NONE,
 };
 
 /// What people will see: the numbers are klieg's own, `docs/METHOD.md`.
@@ -78,7 +79,7 @@ pub static NATURAL: Profile = Profile {
     boxes: natural_boxes,
     optimizer: shade::ENTRY,
     population: 20,
-    coarse: 192,
+    coarse: CoarseSettings { side: 128, searches: 8, ..CoarseSettings::NONE },
 };
 
 impl Profile {
