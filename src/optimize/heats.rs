@@ -123,10 +123,10 @@ mod tests {
 
     const BOUNDS: [Range; 2] = [Range { low: -1.0, high: 1.0 }; 2];
 
-    /// Two valleys, of which the narrow one is lower.
+    /// Two valleys, of which the narrower one is lower.
     fn valleys(x: &[f32]) -> f32 {
         let to = |place: f32| x.iter().map(|x| (x - place).powi(2)).sum::<f32>();
-        (1.0 + to(-0.4)).min(0.5 + 40.0 * to(0.7))
+        (1.0 + to(-0.4)).min(0.5 + 3.0 * to(0.7))
     }
 
     fn search(seed: u64) -> Box<dyn Optimizer> {
