@@ -56,10 +56,10 @@ pub fn write(
     lit(source, options.into(), view, rig)?.write(out)
 }
 
-/// As [`write`], into memory.
+/// As [`write()`], into memory.
 ///
 /// # Errors
-/// As [`write`], without `out`.
+/// As [`write()`], without `out`.
 pub fn glb(
     source: &Path,
     options: impl Into<LoadOptions>,
