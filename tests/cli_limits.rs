@@ -32,6 +32,19 @@ fn buffer(place: &Folder, length: u64, indices: usize) {
     file.set_len(length).unwrap();
 }
 
+/// The same triangle drawn again and again by so many indices, with its buffer.
+fn indexed(place: &Folder, count: usize) -> Value {
+    buffer(place, 60 + count as u64, count);
+    let mut scene = triangle();
+    scene["buffers"][0]["byteLength"] = (60 + count).into();
+    let view = json!({"buffer": 0, "byteOffset": 60, "byteLength": count});
+    scene["bufferViews"].as_array_mut().unwrap().push(view);
+    let indices = json!({"bufferView": 2, "componentType": 5121, "count": count, "type": "SCALAR"});
+    scene["accessors"].as_array_mut().unwrap().push(indices);
+    scene["meshes"][0]["primitives"][0]["indices"] = 2.into();
+    scene
+}
+
 /// What became of a run.
 struct Run {
     code: Option<i32>,
@@ -135,15 +148,7 @@ fn few_bytes_do_not_draw_many_meshes_or_triangles() {
     scene["nodes"] = vec![json!({"mesh": 0, "name": "n".repeat(200)}); 2000].into();
     scene["scenes"][0]["nodes"] = (0..2000).collect::<Vec<_>>().into();
     refused(&place, &scene, &["meshes", "--allow-large"]);
-    let mut scene = triangle();
-    let count = 300_000;
-    buffer(&place, 60 + count as u64, count);
-    scene["buffers"][0]["byteLength"] = (60 + count).into();
-    let view = json!({"buffer": 0, "byteOffset": 60, "byteLength": count});
-    scene["bufferViews"].as_array_mut().unwrap().push(view);
-    let indices = json!({"bufferView": 2, "componentType": 5121, "count": count, "type": "SCALAR"});
-    scene["accessors"].as_array_mut().unwrap().push(indices);
-    scene["meshes"][0]["primitives"][0]["indices"] = 2.into();
+    let mut scene = indexed(&place, 300_000);
     scene["nodes"] = vec![json!({"mesh": 0}); 4000].into();
     scene["scenes"][0]["nodes"] = (0..4000).collect::<Vec<_>>().into();
     refused(&place, &scene, &["triangles", "--allow-large"]);
@@ -153,15 +158,7 @@ fn few_bytes_do_not_draw_many_meshes_or_triangles() {
 #[test]
 fn triangles_that_cover_each_other_without_end_are_refused() {
     let place = Folder::new();
-    let mut scene = triangle();
-    let count = 60_000;
-    buffer(&place, 60 + count as u64, count);
-    scene["buffers"][0]["byteLength"] = (60 + count).into();
-    let view = json!({"buffer": 0, "byteOffset": 60, "byteLength": count});
-    scene["bufferViews"].as_array_mut().unwrap().push(view);
-    let indices = json!({"bufferView": 2, "componentType": 5121, "count": count, "type": "SCALAR"});
-    scene["accessors"].as_array_mut().unwrap().push(indices);
-    scene["meshes"][0]["primitives"][0]["indices"] = 2.into();
+    let scene = indexed(&place, 60_000);
     let options = "--size 2048x2048 --azimuth 0 --elevation 0";
     let Run { code, said, .. } = run(&place, &scene, (4_000_000, 30), options);
     assert!(code == Some(2) && said.contains("cover each other"), "{said}");

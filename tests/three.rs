@@ -119,7 +119,7 @@ impl Compared {
         sum as f64 / (count * 3 * 255) as f64
     }
 
-    /// Compares, and leaves the pictures in `target/tmp/three`: klieg's, that of the specification, and
+    /// Compares, and leaves the pictures in the tests' temporary folder: klieg's, that of the specification, and
     /// three.js' own.
     fn check(&self, name: &str, most: f64) {
         let gltf = self.picture(Brdf::Gltf);

@@ -17,6 +17,7 @@ use crate::gpu::{GpuEvaluator, PictureEvaluator, ScoreTarget, SurfaceEvaluator};
 use crate::lighting::genome::Genome;
 use crate::math::frame::Frame;
 use crate::objective::maps::Maps;
+use crate::scene::Scene;
 use crate::scene::view::View;
 use ash::vk;
 use rand::SeedableRng;
@@ -94,6 +95,20 @@ impl EvaluatorBody {
     }
 }
 
+/// A finished scene, and the view of it through a camera.
+unsafe fn viewed<'a>(
+    scene: *const klieg_scene,
+    camera: *const klieg_camera,
+    [width, height]: [u32; 2],
+) -> Outcome<(&'a Scene, View)> {
+    // SAFETY: the caller's pointers.
+    unsafe {
+        let scene = body(scene, "scene")?.finished()?;
+        let camera = as_camera(given(camera, "camera")?)?;
+        Ok((scene, View::new(scene, camera, width, height)?))
+    }
+}
+
 /// Makes an evaluator of level 1: of a finished scene, through a camera, at `width` by `height` pixels.
 /// It draws the scene, and keeps nothing of it that the caller has. `objective`, `shading` and `shadows` may be
 /// `NULL`, for the defaults. Any thread.
@@ -116,8 +131,7 @@ pub unsafe extern "C" fn klieg_evaluator_of_scene(
     unsafe {
         make(evaluator, || {
             let context = &body(context, "context")?.context;
-            let scene = body(scene, "scene")?.finished()?;
-            let view = View::new(scene, as_camera(given(camera, "camera")?)?, width, height)?;
+            let (scene, view) = viewed(scene, camera, [width, height])?;
             let (objective, shading) = (as_objective(objective)?, as_shading(shading)?);
             let (both, shadows) = ((objective, shading), as_shadows(shadows)?);
             let made = GpuEvaluator::with_shadows(context, scene, &view, both, &shadows)?;
@@ -148,8 +162,7 @@ pub unsafe extern "C" fn klieg_evaluator_on_cpu(
     unsafe {
         make(evaluator, || {
             check_version(version)?;
-            let scene = body(scene, "scene")?.finished()?;
-            let view = View::new(scene, as_camera(given(camera, "camera")?)?, width, height)?;
+            let (scene, view) = viewed(scene, camera, [width, height])?;
             let (objective, shading) = (as_objective(objective)?, as_shading(shading)?);
             let maps = cpu::draw(scene, &view, &objective, (&as_shadows(shadows)?, None))?;
             let made = CpuEvaluator::new(maps, &view, objective, shading)?;

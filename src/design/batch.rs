@@ -83,34 +83,7 @@ impl Batch {
 mod tests {
     use super::*;
     use crate::design::testing::{Hills, genome};
-    use crate::evaluate::{DeviceInfo, Inspection};
-    use crate::lighting::Light;
     use crate::math::range::Range;
-    use crate::objective::Quality;
-    use crate::objective::maps::Maps;
-
-    /// Hills without a bottom: the score of the rig of that number is not a number.
-    struct Bottomless(usize);
-
-    impl Evaluator for Bottomless {
-        fn device(&self) -> &DeviceInfo {
-            unreachable!("searches only evaluate")
-        }
-        fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
-            Hills::default().evaluate(population, scores)?;
-            scores[self.0] = f32::NAN;
-            Ok(())
-        }
-        fn qualities(&mut self, _: &Population) -> Result<Vec<Quality>> {
-            unreachable!("searches only evaluate")
-        }
-        fn inspect(&mut self, _: &[Light]) -> Result<Inspection> {
-            unreachable!("searches only evaluate")
-        }
-        fn maps(&mut self) -> Result<&Maps> {
-            unreachable!("searches only evaluate")
-        }
-    }
 
     #[test]
     fn a_score_that_is_not_a_number_is_an_error_with_its_rig() {
@@ -121,7 +94,8 @@ mod tests {
                 genome.bounds().iter().map(|r: &Range| r.at(share)).collect();
             batch.population.push(&genome.decode(&chromosome)).unwrap();
         }
-        let fault = batch.evaluate(&mut Bottomless(1)).unwrap_err();
+        let fault =
+            batch.evaluate(&mut Hills { bottomless: Some(1), ..Hills::default() }).unwrap_err();
         assert!(!fault.is_input() && !fault.is_device());
         let [x, y, z] = batch.population.records()[2].position;
         let told = fault.to_string();

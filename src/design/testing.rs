@@ -16,6 +16,8 @@ pub struct Hills {
     pub calls: usize,
     /// What is added to every score.
     pub base: f32,
+    /// The rig of each population whose score is not a number.
+    pub bottomless: Option<usize>,
     /// A clock that the calls turn on.
     pub clock: Rc<Cell<Duration>>,
     /// By how much the call of that number, from 0, does.
@@ -24,7 +26,13 @@ pub struct Hills {
 
 impl Default for Hills {
     fn default() -> Self {
-        Self { calls: 0, base: 0.0, clock: Rc::default(), cost: |_| Duration::ZERO }
+        Self {
+            calls: 0,
+            base: 0.0,
+            bottomless: None,
+            clock: Rc::default(),
+            cost: |_| Duration::ZERO,
+        }
     }
 }
 
@@ -49,7 +57,11 @@ impl Evaluator for Hills {
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
         self.clock.set(self.clock.get() + (self.cost)(self.calls));
         self.calls += 1;
-        population.rigs().zip(scores).for_each(|(rig, score)| *score = self.base + height(rig));
+        let rigs = population.rigs().zip(&mut *scores);
+        rigs.for_each(|(rig, score)| *score = self.base + height(rig));
+        if let Some(rig) = self.bottomless {
+            scores[rig] = f32::NAN;
+        }
         Ok(())
     }
     fn qualities(&mut self, _: &Population) -> Result<Vec<Quality>> {

@@ -1,7 +1,7 @@
 //! Searches side by side, of which the best goes on: in a landscape of many valleys a population decides early for one of
 //! them, so that where scores are cheap it pays to look into several.
 
-use super::{Best, Optimizer};
+use super::Optimizer;
 
 /// Searches that are asked together until [`Optimizer::refine`] leaves the one with the lowest score.
 #[derive(Debug, Clone)]
@@ -13,7 +13,6 @@ pub struct Heats {
     settled: f32,
     asked: Vec<Vec<f32>>,
     scores: Vec<f32>,
-    best: Best,
 }
 
 impl Heats {
@@ -29,7 +28,6 @@ impl Heats {
             settled,
             asked: Vec::new(),
             scores: Vec::new(),
-            best: Best::default(),
         };
         heats.collect();
         heats
@@ -68,7 +66,6 @@ impl Optimizer for Heats {
     }
 
     fn tell(&mut self, scores: &[f32]) {
-        self.best.offer_all(&self.asked, scores);
         let mut rest = scores;
         for at in 0..self.searches.len() {
             if !self.running[at] {
@@ -77,13 +74,14 @@ impl Optimizer for Heats {
             let (own, others) = rest.split_at(self.searches[at].ask().len());
             rest = others;
             self.searches[at].tell(own);
-            self.running[at] = !self.has_settled(&*self.searches[at]);
+            let search = &self.searches[at];
+            self.running[at] = !search.ask().is_empty() && !self.has_settled(&**search);
         }
         self.collect();
     }
 
     fn best(&self) -> Option<(&[f32], f32)> {
-        self.best.get()
+        self.searches[self.winner()].best()
     }
 
     fn scores(&self) -> &[f32] {
@@ -93,7 +91,6 @@ impl Optimizer for Heats {
     fn renew(&mut self, change: &dyn Fn(&[f32]) -> Vec<f32>) {
         self.searches.iter_mut().for_each(|search| search.renew(change));
         self.running.fill(true);
-        self.best = Best::default();
         self.collect();
     }
 

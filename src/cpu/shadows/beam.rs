@@ -88,7 +88,6 @@ impl Tile {
 }
 
 /// Triangles side by side, number by number: a corner, both edges.
-#[derive(Clone)]
 struct Triangles {
     numbers: [[f32; BOXES]; 9],
     opacity: [u32; BOXES],
@@ -168,6 +167,9 @@ impl Surroundings {
                             tree.triangles(leaf).iter().filter(|one| tile.any_corner_above(one)),
                         ),
                     }
+                    if near.len() > DENSE {
+                        return None;
+                    }
                 } else if tile.any_box_above(corners) {
                     if far.last().is_none_or(|boxes| boxes.len == BOXES) {
                         far.push(Boxes::new());
@@ -176,7 +178,6 @@ impl Surroundings {
                 }
             }
         }
-        let near = (near.len() <= DENSE).then_some(near)?;
         let near = near.chunks(BOXES).map(Triangles::new);
         Some(Self { near: near.collect(), far })
     }
