@@ -6,6 +6,7 @@ use klieg::cpu::{self, CpuEvaluator};
 use klieg::design::{profile::NATURAL, run, start};
 use klieg::evaluate::Evaluator;
 use klieg::gpu::{Context, ContextOptions, GpuEvaluator};
+use klieg::lighting::Population;
 use klieg::objective::shadows::ShadowSettings;
 use klieg::optimize::{self, Settings, Setup};
 use klieg::scene::Scene;
@@ -114,4 +115,34 @@ fn designs_on_a_device_leave_nothing_behind() {
     }
     let context = Context::new(&ContextOptions::default()).unwrap();
     soak("device", designs(60), |scene, view| Box::new(on_device(&context, scene, view)));
+}
+
+/// Drivers may compile a shader anew for numbers that it branches on, and keep all that they have compiled.
+#[test]
+fn generations_leave_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ball.gltf");
+    std::fs::write(&path, ball().to_string()).unwrap();
+    let scene = load(&path).unwrap();
+    let view = View::new(&scene, frame(&scene, &Framing::default(), 1.0).unwrap(), 64, 64).unwrap();
+    let context = Context::new(&ContextOptions::default()).unwrap();
+    let mut evaluator = on_device(&context, &scene, &view);
+    let genome = NATURAL.genome().unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut random = || {
+        let chromosome: Vec<_> =
+            genome.bounds().iter().map(|range| range.uniform(&mut rng)).collect();
+        genome.decode(&chromosome)
+    };
+    let mut generation = || {
+        let rigs: Vec<_> = (0..32).map(|_| random()).collect();
+        let population = Population::of(rigs.iter().map(Vec::as_slice)).unwrap();
+        evaluator.evaluate(&population, &mut [0.0; 32]).unwrap();
+    };
+    (0..10).for_each(|_| generation());
+    let (warm, _) = taken();
+    (0..40).for_each(|_| generation());
+    let grown = taken().0 - warm;
+    println!("40 generations: {grown:+} kB");
+    assert!(grown < SLACK);
 }

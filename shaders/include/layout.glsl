@@ -26,9 +26,10 @@ layout(set = 0, binding = 0, std140) uniform Parameters {
     vec4 weights[4]; // of the terms, in the order of term() in terms.glsl
 } parameters;
 
-// Unit vector to the viewer.
+// Unit vector to the viewer. There is no branch: Mesa 22.3 makes software devices compile a shader in which
+// one depends on uniforms alone again for each dispatch.
 vec3 to_viewer(vec3 p) {
-    return parameters.orthographic != 0 ? vec3(0.0, 0.0, 1.0) : normalize(parameters.eye - p);
+    return mix(normalize(parameters.eye - p), vec3(0.0, 0.0, 1.0), bvec3(parameters.orthographic != 0));
 }
 
 // Of the shading model: ambient, dielectric, max_shininess.
