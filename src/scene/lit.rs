@@ -82,7 +82,7 @@ fn lit(source: &Path, options: LoadOptions, view: &View, rig: &[Light]) -> Resul
     let (scene_lights, rig): (Vec<Light>, Vec<Light>) =
         rig.iter().copied().partition(|light| light.role == Role::Scene);
     rig.iter().try_for_each(check)?;
-    let mut document = Document::read(source, &options.orientation)?;
+    let mut document = Document::read(source, &options.orientation, options.access)?;
     strip::strip(&mut document.root);
     if scene_lights.is_empty() {
         strip::strip_lights(&mut document.root);

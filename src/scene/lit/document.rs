@@ -32,9 +32,9 @@ impl Document {
     ///
     /// # Errors
     /// [`Error::Input`] when it cannot be read or is none of these.
-    pub fn read(source: &Path, orientation: &Orientation) -> Result<Self> {
+    pub fn read(source: &Path, orientation: &Orientation, access: FileAccess) -> Result<Self> {
         let fault = |fault: String| Error::input(source, fault);
-        if let Some(model) = models::read(source, orientation).map_err(fault)? {
+        if let Some(model) = models::read(source, orientation, access).map_err(fault)? {
             let models::Model { root, bin, .. } = model;
             let root = root.as_object().cloned().unwrap_or_default();
             return Ok(Self { root, binary: Some(bin), source: source.to_owned() });

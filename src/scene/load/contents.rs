@@ -1,8 +1,8 @@
 //! What a file holds, used or not; of glTF nothing but its JSON is read.
 
 use super::files::{self, FilePart, MAX_BYTES};
-use super::label;
 use super::models::{self, Orientation};
+use super::{FileAccess, label};
 use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
@@ -49,7 +49,9 @@ impl Contents {
     /// [`Error::Input`] for a file that cannot be read, or is in none of these formats.
     pub fn read(path: &Path) -> Result<Self> {
         let fault = |fault: String| Error::input(path, fault);
-        if let Some(model) = models::read(path, &Orientation::default()).map_err(fault)? {
+        if let Some(model) =
+            models::read(path, &Orientation::default(), FileAccess::default()).map_err(fault)?
+        {
             let bytes = FilePart::open(path, MAX_BYTES).map_err(fault)?.len();
             return Ok(Self { bytes, container: model.format, ..Self::of(&model.root) });
         }

@@ -182,21 +182,41 @@ fn glb_places(
         if chunk.end > length {
             return Err(format!("is truncated within the GLB chunk at byte {at}"));
         }
+        let end = chunk.end;
         match &kind {
             b"JSON" if json.is_none() => json = Some(chunk),
             b"BIN\0" if json.is_some() && bin.is_none() => bin = Some(chunk),
             _ => {}
         }
-        let size = size.next_multiple_of(4);
-        source.seek_relative(size as i64).map_err(reason)?;
-        at += 8 + size;
+        at = next_chunk(source, end)?;
     }
     Ok((json.ok_or("is a GLB file without a JSON chunk")?, bin))
+}
+
+/// Where the chunk after one that ends at `end` begins, which is where the source stands then. Chunks are multiples
+/// of four bytes; of those that are not, some writers leave out the padding, others do not count it.
+fn next_chunk(source: &mut (impl Read + Seek), end: u64) -> Parsed<u64> {
+    let padded = end.next_multiple_of(4);
+    let mut head = Vec::new();
+    source.seek(SeekFrom::Start(end)).map_err(reason)?;
+    source.by_ref().take(8).read_to_end(&mut head).map_err(reason)?;
+    let next = if head.get(4..) == Some(b"BIN\0") { end } else { padded };
+    source.seek(SeekFrom::Start(next)).map_err(reason)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn chunks_of_odd_sizes_are_read_with_and_without_their_padding() {
+        for padding in [&b""[..], b" "] {
+            let body = [b"\x03\0\0\0JSON{ }", padding, b"\x04\0\0\0BIN\x005678"].concat();
+            let length = (12 + body.len() as u32).to_le_bytes();
+            let glb = [b"glTF", &2u32.to_le_bytes(), &length, &body[..]].concat();
+            assert_eq!(split(&glb).unwrap(), (&b"{ }"[..], Some(&b"5678"[..])), "{padding:?}");
+        }
+    }
 
     #[test]
     fn unknown_chunks_are_skipped() {

@@ -100,8 +100,13 @@ pub fn load_with(path: &Path, options: impl Into<LoadOptions>) -> Result<Scene> 
 
 fn parse(path: &Path, options: &LoadOptions) -> Parsed<Scene> {
     let mut warnings = Vec::new();
-    let (json, bin) = match models::read(path, &options.orientation)? {
-        Some(model) => (model.json(), Some(Buffer::Memory(model.bin))),
+    let mut libraries = Vec::new();
+    let (json, bin) = match models::read(path, &options.orientation, options.access)? {
+        Some(model) => {
+            let json = model.json();
+            (warnings, libraries) = (model.warnings, model.files);
+            (json, Some(Buffer::Memory(model.bin)))
+        }
         None => {
             let (json, bin) = files::open(path)?;
             (json, bin.map(Buffer::File))
@@ -138,6 +143,7 @@ fn parse(path: &Path, options: &LoadOptions) -> Parsed<Scene> {
     scene.textures = texture::give(textures, &mut scene.materials);
     scene.named = resources.named(&document.root);
     scene.files = resources.files;
+    scene.files.extend(libraries);
     Ok(scene)
 }
 

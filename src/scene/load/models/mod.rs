@@ -1,19 +1,21 @@
-//! PLY, STL and OBJ: files of triangles alone, read as the glTF that they amount to.
+//! PLY, STL and OBJ: files of triangles, read as the glTF that they amount to.
 
 mod color;
+mod mtl;
 mod obj;
 mod ply;
 mod stl;
 
-use super::Parsed;
 use super::files::{FilePart, MAX_BYTES, reason};
 use super::guard::guarded;
+use super::{FileAccess, Parsed};
 use glam::{DQuat, DVec3};
+use mtl::Libraries;
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_PI_2;
 use std::fs::File;
 use std::io::{BufReader, Read as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Bytes of the reader's window: lines of text are short, and so are the elements of binary files.
 const WINDOW: usize = 1 << 16;
@@ -54,8 +56,12 @@ struct Part {
     normals: Vec<[f32; 3]>,
     /// Linear colours of each vertex, 65535 = 1, or none.
     colors: Vec<[u16; 4]>,
+    /// From the upper left, one for each vertex, or none.
+    texture_coordinates: Vec<[f32; 2]>,
     /// Three for each triangle; where there are none, every three vertices are a triangle.
     indices: Vec<u32>,
+    /// Its material, among the file's own.
+    material: Option<usize>,
 }
 
 /// A glTF file that is in memory.
@@ -66,6 +72,10 @@ pub struct Model {
     pub root: Value,
     /// The binary chunk.
     pub bin: Vec<u8>,
+    /// What was left out.
+    pub warnings: Vec<String>,
+    /// Further files that were read.
+    pub files: Vec<PathBuf>,
 }
 
 impl Model {
@@ -75,19 +85,28 @@ impl Model {
     }
 }
 
-/// Reads a file of triangles; `None` where it is in none of these formats.
-pub fn read(path: &Path, orientation: &Orientation) -> Parsed<Option<Model>> {
+/// Reads a file of triangles, with the materials that it names among the files of `access`; `None` where it is in none
+/// of these formats.
+pub fn read(path: &Path, orientation: &Orientation, access: FileAccess) -> Parsed<Option<Model>> {
     let part = FilePart::open(path, MAX_BYTES)?;
     let Some(format) = format(path)? else { return Ok(None) };
     let reader = || File::open(path).map(|file| BufReader::with_capacity(WINDOW, file));
     let mut reader = reader().map_err(reason)?;
     let length = part.len();
-    let parts = guarded(|| match format {
-        Format::Ply => ply::read(&mut reader).map(|part| vec![part]),
-        Format::Stl => stl::read(&mut reader, length).map(|part| vec![part]),
-        Format::Obj => obj::read(&mut reader),
+    let mut libraries = Libraries::new(path, access);
+    let (parts, materials) = guarded(|| match format {
+        Format::Ply => ply::read(&mut reader).map(|part| (vec![part], Vec::new())),
+        Format::Stl => stl::read(&mut reader, length).map(|part| (vec![part], Vec::new())),
+        Format::Obj => obj::read(&mut reader, &mut libraries),
     })?;
-    model(parts, format, orientation).map(Some)
+    let mut root = empty(placed(format, orientation));
+    for material in &materials {
+        let material = libraries.convert(&mut root, material);
+        push(&mut root, "materials", material);
+    }
+    let mut model = model(parts, format, root)?;
+    (model.files, model.warnings) = (libraries.files().to_vec(), libraries.warnings);
+    Ok(Some(model))
 }
 
 /// By its first bytes, or else by its name: STL and OBJ have no mark of their own.
@@ -107,13 +126,20 @@ fn format(path: &Path) -> Parsed<Option<Format>> {
     })
 }
 
-fn model(parts: Vec<Part>, format: Format, orientation: &Orientation) -> Parsed<Model> {
-    let mut root = json!({
+/// Materials of parts that have none: without and with colours of their vertices.
+const OWN_MATERIALS: usize = 2;
+
+/// A root object with one node and no meshes.
+fn empty(node: Value) -> Value {
+    json!({
         "asset": {"version": "2.0", "generator": "klieg"},
-        "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [placed(format, orientation)],
-        "buffers": [], "bufferViews": [], "accessors": [], "meshes": [],
+        "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [node],
+        "buffers": [], "bufferViews": [], "accessors": [], "meshes": [], "images": [], "textures": [],
         "materials": [grey("grey", 0.5), grey("coloured", 1.0)],
-    });
+    })
+}
+
+fn model(parts: Vec<Part>, format: Format, mut root: Value) -> Parsed<Model> {
     let mut bin = Vec::new();
     let mut children = Vec::new();
     for part in parts.into_iter().filter(|part| !part.positions.is_empty()) {
@@ -134,7 +160,13 @@ fn model(parts: Vec<Part>, format: Format, orientation: &Orientation) -> Parsed<
                 json!(true);
             attributes["COLOR_0"] = color;
         }
-        let mut primitive = json!({"attributes": attributes, "material": usize::from(colored)});
+        if !part.texture_coordinates.is_empty() {
+            attributes["TEXCOORD_0"] =
+                accessor(&mut root, &mut bin, &part.texture_coordinates, "VEC2", 5126);
+        }
+        let own = |material| OWN_MATERIALS + material;
+        let material = part.material.map_or(usize::from(colored), own);
+        let mut primitive = json!({"attributes": attributes, "material": material});
         if !part.indices.is_empty() {
             primitive["indices"] = accessor(&mut root, &mut bin, &part.indices, "SCALAR", 5125);
         }
@@ -146,12 +178,18 @@ fn model(parts: Vec<Part>, format: Format, orientation: &Orientation) -> Parsed<
     }
     root["nodes"][0]["children"] = json!(children);
     root["buffers"] = json!([{"byteLength": bin.len()}]);
+    // No list of a glTF file may be empty.
+    for key in ["images", "textures"] {
+        if root[key].as_array().is_some_and(Vec::is_empty) {
+            root.as_object_mut().and_then(|root| root.remove(key));
+        }
+    }
     let format = match format {
         Format::Ply => "PLY",
         Format::Stl => "STL",
         Format::Obj => "OBJ",
     };
-    Ok(Model { format, root, bin })
+    Ok(Model { format, root, bin, warnings: Vec::new(), files: Vec::new() })
 }
 
 /// The node that turns and scales a file's space into glTF's.
