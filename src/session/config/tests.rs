@@ -1,6 +1,7 @@
 use super::*;
 use crate::design::profile::{NATURAL, PAPER};
 use crate::objective::terms::TERMS;
+use crate::session::values::Size;
 
 /// The TOML blocks of the reference, of those that begin with `fence`.
 fn documented(fence: &str) -> String {
@@ -160,4 +161,14 @@ fn values_out_of_range_are_refused() {
     for text in ["[view]\nsize = \"0x5\"", "[lights]\nroles = 17", "device = true"] {
         assert!(toml::from_str::<Settings>(text).is_err(), "{text}");
     }
+}
+
+#[test]
+fn intensities_are_one_or_two() {
+    let mut lights = LightSettings::default();
+    let two = lights.boxes.fill.specular;
+    lights.set_intensities(true);
+    assert_eq!(lights.boxes.fill.specular, None);
+    lights.set_intensities(false);
+    assert_eq!(lights.boxes.fill.specular, two);
 }

@@ -1,7 +1,7 @@
 //! How a design is made, one or many: the search, and all files that it leaves behind.
 
 use super::config::{First, Settings};
-use super::session::{Engine, Session, evaluator_on, milliseconds, warn};
+use super::{Engine, Session, evaluator_on, milliseconds, warn};
 use crate::design::coarse::{self, run_coarse_first};
 use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
@@ -23,13 +23,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// The lit scene.
-pub(super) const LIT: &str = "lit.glb";
+pub const LIT: &str = "lit.glb";
 
 /// The result.
-pub(super) const RESULT: &str = "result.json";
+pub const RESULT: &str = "result.json";
 
 /// All files of a design.
-pub(super) const FILES: [&str; 7] =
+pub const FILES: [&str; 7] =
     ["best.png", "headlight.png", "report.html", LIT, "convergence.csv", "convergence.svg", RESULT];
 
 /// Size of `convergence.svg`.
@@ -99,7 +99,7 @@ fn coarse(session: &mut Session, small: &View) -> Result<Option<Engine>> {
 ///
 /// # Errors
 /// Faults of the settings, and what the device reports.
-pub(super) fn search(
+pub fn search(
     session: &mut Session,
     genome: &Genome,
     journal: Option<&RefCell<Journal>>,
@@ -197,11 +197,7 @@ fn shown(
 ///
 /// # Errors
 /// What the device reports, and files that cannot be written.
-pub(super) fn write(
-    session: &mut Session,
-    outcome: &Outcome,
-    staging: &mut Staging,
-) -> Result<Design> {
+pub fn write(session: &mut Session, outcome: &Outcome, staging: &mut Staging) -> Result<Design> {
     let headlight = session.with_kept(Preset::Headlight.rig());
     let headlight = session.evaluator.inspect(&headlight)?;
     let best = session.evaluator.inspect(&outcome.rig)?;
