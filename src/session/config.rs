@@ -229,21 +229,36 @@ impl Settings {
         asked: Option<&'static Profile>,
         usual: &'static Profile,
     ) -> Result<Self> {
-        let text = input::text(path, MAX_BYTES)?;
-        let fault = |e: toml::de::Error| Error::input(input::name(path), e.to_string().trim_end());
-        Self::parse(&text, asked, usual).map_err(fault)
+        Self::read_over(path, toml::Table::new(), asked, usual)
     }
 
-    /// As [`Settings::read`], of a file's text.
+    /// As [`Settings::read`], with the tables `over` in the place of what the file says.
+    ///
+    /// # Errors
+    /// As [`Settings::read`], and as [`Settings::of_table`].
+    pub fn read_over(
+        path: &Path,
+        over: toml::Table,
+        asked: Option<&'static Profile>,
+        usual: &'static Profile,
+    ) -> Result<Self> {
+        let text = input::text(path, MAX_BYTES)?;
+        let fault = |e: toml::de::Error| Error::input(input::name(path), e.to_string().trim_end());
+        Self::parse(&text, over, asked, usual).map_err(fault)
+    }
+
+    /// As [`Settings::read_over`], of a file's text.
     fn parse(
         text: &str,
+        over: toml::Table,
         asked: Option<&'static Profile>,
         usual: &'static Profile,
     ) -> Result<Self, toml::de::Error> {
         // Read as a whole, the text tells the lines of its faults.
         let Self { profile: ProfileName(own), .. } = toml::from_str(text)?;
-        let file: toml::Table = toml::from_str(text)?;
+        let mut file: toml::Table = toml::from_str(text)?;
         let named = file.contains_key("profile");
+        overlay(&mut file, over);
         Self::of_table(file, asked.unwrap_or(if named { own } else { usual }))
     }
 

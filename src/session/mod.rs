@@ -6,6 +6,7 @@ pub mod designer;
 pub mod device;
 mod engine;
 pub mod input;
+mod message;
 pub mod optimizer;
 pub mod picture;
 pub mod pipelines;
@@ -15,6 +16,7 @@ pub mod values;
 mod view;
 
 pub use engine::{Engine, announce, evaluator, evaluator_on};
+pub use message::message;
 pub use view::{SIZE, view};
 
 use self::config::Settings;
@@ -22,6 +24,8 @@ use self::device::Opened;
 use self::profile::ProfileName;
 use crate::Error;
 use crate::cpu;
+use crate::design::start;
+use crate::lighting::clusters::Clustering;
 use crate::lighting::genome::Genome;
 use crate::lighting::{Light, Population, Rig};
 use crate::objective::Quality;
@@ -36,6 +40,8 @@ use crate::scene::{self, Scene};
 use crate::study::Subject;
 use anyhow::Result;
 use image::RgbImage;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -179,6 +185,16 @@ impl Session {
     /// The view as studies take it.
     pub fn subject(&mut self) -> Subject<'_> {
         Subject { scene: &self.scene, view: &self.view, evaluator: &mut *self.evaluator }
+    }
+
+    /// The normals of the visible polygons in `k` clusters, as [`start::visible_clusters`].
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn clusters(&mut self, k: usize) -> Result<Clustering> {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.settings.seed);
+        let maps = self.evaluator.maps()?;
+        Ok(start::visible_clusters(&self.scene, &self.view, maps, k, &mut rng))
     }
 
     /// The final picture of each rig in a view of this scene through this camera.

@@ -101,8 +101,9 @@ impl Entry {
     }
 }
 
+/// # Errors
 /// The first value out of its range.
-fn check(light: &Light) -> Result<(), String> {
+pub fn check(light: &Light) -> Result<(), String> {
     let Light { elevation, azimuth, distance, diffuse, specular, size, cone, .. } = *light;
     let finite = |value: f32| value.is_finite();
     let positive = |value: f32| value.is_finite() && value >= 0.0;

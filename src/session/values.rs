@@ -99,7 +99,7 @@ pub struct Lights(pub Vec<Role>);
 
 /// How a configuration file writes [`Lights`].
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "lights are a number of them, or a list of roles: key, fill, rim")]
 enum LightsForm {
     Number(usize),
     Roles(Vec<Role>),
