@@ -41,7 +41,8 @@ PYTHON_ENV = $(BUILDS)/python
 WHEELS = $(BUILDS)/wheels
 
 .PHONY: help setup design spirv test test-rust test-python check check-python program library install install-program \
-	install-library judge gpu-kit fuzz soak bits deny msrv package wheel python-module
+	install-library judge gpu-kit fuzz soak bits deny msrv package wheel \
+	python-module test-blender blender-addon
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
@@ -58,6 +59,8 @@ help:
 	@echo 'make deny   check licences, sources and advisories of the dependencies (cargo-deny)'
 	@echo 'make msrv   check with the oldest Rust that klieg promises to build with'
 	@echo 'make wheel  build the Python package, and try it in a virtual environment of its own'
+	@echo 'make blender-addon  build the extension for Blender 4.2 and later: target/klieg-blender-VERSION.zip'
+	@echo 'make test-blender   test it with the package of Blender, 300 MB'
 	@echo 'make test-python [PYTHON=PROGRAM]  the tests of the Python package alone'
 	@echo 'make package  pack the crate, and build and test what is in the archive'
 	@echo 'make setup  only install what the others need, where it is missing'
@@ -125,7 +128,7 @@ $(PYTHON_ENV)/installed: python/requirements.txt
 # A test among the targets makes cargo select features as for all tests: what `test-rust` has built stays as it is.
 python-module: $(PYTHON_ENV)/installed
 	cargo build --lib --bins --test architecture $(BOTH)
-	python/install "$(PYTHON_ENV)" "$(BUILDS)/debug"
+	python/install "$$("$(PYTHON_ENV)/bin/python" -c 'import sysconfig; print(sysconfig.get_path("platlib"))')" "$(BUILDS)/debug"
 
 test-python:
 	@.ci/setup test
@@ -136,6 +139,21 @@ check-python:
 	cd python && "$(abspath $(PYTHON_ENV))/bin/ruff" check . && "$(abspath $(PYTHON_ENV))/bin/ruff" format --check .
 	cd python && "$(abspath $(PYTHON_ENV))/bin/mypy"
 	cd python && "$(abspath $(PYTHON_ENV))/bin/stubtest" klieg._klieg --mypy-config-file pyproject.toml
+
+# In the Python of Blender's package, which `make judge` has too.
+test-blender: python-module $(JUDGE_ENV)/installed
+	python/install "$(BUILDS)/blender" "$(BUILDS)/debug"
+	rm -rf "$(BUILDS)/blender/klieg_addon" && cp -R python/blender "$(BUILDS)/blender/klieg_addon"
+	cd python/tests_blender && PYTHONPATH="$(abspath $(BUILDS))/blender" "$(abspath $(JUDGE_ENV))/bin/python" -m unittest -v
+
+# The extension for Blender 4.2 and later, with the wheel in it.
+ADDON = $(BUILDS)/addon
+blender-addon: wheel
+	rm -rf "$(ADDON)" && mkdir -p "$(ADDON)/wheels"
+	cp python/blender/__init__.py "$(ADDON)" && cp "$(WHEELS)"/*.whl "$(ADDON)/wheels"
+	sed -e 's|@VERSION@|$(VERSION)|' -e "s|@WHEEL@|$$(basename "$(WHEELS)"/*.whl)|" \
+		python/blender/blender_manifest.toml.in >"$(ADDON)/blender_manifest.toml"
+	cd "$(ADDON)" && $(PYTHON) -m zipfile -c "../klieg-blender-$(VERSION).zip" __init__.py blender_manifest.toml wheels
 
 # With the checked-in SPIR-V: the wheel needs no shader compiler, and at run time no Vulkan loader where there is none.
 wheel: $(PYTHON_ENV)/installed

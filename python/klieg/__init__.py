@@ -13,7 +13,7 @@ from klieg._errors import Error, InputError
 from klieg._evaluator import Evaluator
 from klieg._klieg import __version__
 from klieg._light import LIGHT_COLUMNS, Light
-from klieg._scene import Mesh, Scene
+from klieg._scene import Mesh, Scene, SceneLight
 from klieg._settings import Objective, optimizers, profiles, terms
 from klieg._view import View
 
@@ -30,6 +30,7 @@ __all__ = [
     "Objective",
     "Progress",
     "Scene",
+    "SceneLight",
     "View",
     "__version__",
     "design",

@@ -83,6 +83,16 @@ class SceneBuilder:
         material: int | None,
     ) -> int: ...
     def instance(self, name: str, mesh: int, world: Sequence[Sequence[float]]) -> None: ...
+    def light(
+        self,
+        name: str,
+        kind: str,
+        position: Sequence[float],
+        direction: Sequence[float],
+        color: Sequence[float],
+        intensity: float,
+        cone: tuple[float, float],
+    ) -> None: ...
     def finish(self, name: str) -> Scene: ...
 
 @final

@@ -53,6 +53,26 @@ class Mesh:
     """Name, for messages."""
 
 
+@dataclass
+class SceneLight:
+    """A light that stands in the scene already; it counts where `keep_lights` says so."""
+
+    kind: str
+    """`point`, `directional` or `spot`."""
+    position: ArrayLike
+    """Position, shape [3], world units; directional lights ignore it."""
+    direction: ArrayLike
+    """Where it shines, shape [3]; point lights ignore it."""
+    intensity: float
+    """Candela, of directional lights lux: a white matt surface that faces 1 lux has the radiance 1/pi."""
+    color: Sequence[float] = (1.0, 1.0, 1.0)
+    """Linear RGB."""
+    cone_deg: tuple[float, float] = (0.0, 45.0)
+    """Inner and outer half angle of a spot's cone, degrees."""
+    name: str = "light"
+    """Name, for messages."""
+
+
 class Scene:
     """Triangles, materials, cameras and lights, ready to be looked at. Nothing changes it."""
 
@@ -97,8 +117,8 @@ class Scene:
         return cls.from_meshes([Mesh(vertices, faces, **mesh)])
 
     @classmethod
-    def from_meshes(cls, meshes: Iterable[Mesh], name: str = "arrays") -> Scene:
-        """Make a scene of meshes.
+    def from_meshes(cls, meshes: Iterable[Mesh], lights: Iterable[SceneLight] = (), *, name: str = "arrays") -> Scene:
+        """Make a scene of meshes, and of lights that stand in it already.
 
         There is no file to put the lights of a result in: `Design.lights` tells where they stand.
 
@@ -109,6 +129,9 @@ class Scene:
         builder = _klieg.SceneBuilder()
         for mesh in meshes:
             _add(builder, mesh)
+        for one in lights:
+            place, towards = (_three(value, one.name) for value in (one.position, one.direction))
+            builder.light(one.name, one.kind, place, towards, list(one.color), one.intensity, one.cone_deg)
         return cls(builder.finish(name))
 
     @classmethod
@@ -193,6 +216,13 @@ def _add(builder: _klieg.SceneBuilder, mesh: Mesh) -> None:
     if transform.shape != (4, 4):
         raise InputError(f"the transform of {mesh.name!r} must be 4 x 4 numbers")
     builder.instance(mesh.name, number, transform.tolist())
+
+
+def _three(values: ArrayLike, name: str) -> list[float]:
+    found = np.asarray(values, dtype=np.float64)
+    if found.shape != (3,):
+        raise InputError(f"position and direction of the light {name!r} must have 3 numbers")
+    return [float(value) for value in found]
 
 
 def _faces(faces: ArrayLike, name: str) -> NDArray[np.uint32]:

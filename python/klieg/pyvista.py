@@ -72,7 +72,7 @@ def scene_of(plotter: Any) -> Scene:
     meshes = [mesh for actor in actors if actor.visibility and (mesh := _mesh(actor)) is not None]
     if not meshes:
         raise InputError("the plotter shows no surfaces")
-    return Scene.from_meshes(meshes, "the plotter")
+    return Scene.from_meshes(meshes, name="the plotter")
 
 
 def view_of(plotter: Any, scene: Scene) -> View:

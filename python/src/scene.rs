@@ -3,13 +3,15 @@
 use crate::error::{OrRaise as _, refused};
 use crate::settings::Settings;
 use bytemuck::cast_slice;
-use glam::DMat4;
+use glam::{DMat4, DVec3};
+use klieg::lighting::{Cone, LightKind};
 use klieg::scene;
 use klieg::scene::build::{MeshData, TextureData};
-use klieg::scene::{Material, TextureRef};
+use klieg::scene::{Material, SceneLight, TextureRef};
 use klieg::session::Loaded;
 use numpy::{Element, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
+use std::f32::consts::FRAC_PI_2;
 use std::path::PathBuf;
 use std::sync::Arc;
 use tempfile::TempDir;
@@ -109,7 +111,10 @@ impl Scene {
 /// Makes a scene of arrays.
 #[pyclass(module = "klieg._klieg")]
 #[derive(Default)]
-pub struct SceneBuilder(scene::build::SceneBuilder);
+pub struct SceneBuilder {
+    builder: scene::build::SceneBuilder,
+    lights: Vec<SceneLight>,
+}
 
 /// The rows of an array of `N` columns.
 fn rows<'a, T: Element + bytemuck::Pod, const N: usize>(
@@ -151,7 +156,7 @@ impl SceneBuilder {
         let (width, height) = (side(width), side(height));
         let (texels, wrap) = (cast_slice(slice), Default::default());
         let data = TextureData { name, width, height, texels, srgb, wrap };
-        self.0.add_texture(&data).or_raise()
+        self.builder.add_texture(&data).or_raise()
     }
 
     /// Adds a material; gives its number. `textures`: base colour, metallic and roughness, normals, emitted light.
@@ -185,7 +190,7 @@ impl SceneBuilder {
             double_sided,
             ..Material::default()
         };
-        self.0.add_material(material).or_raise()
+        self.builder.add_material(material).or_raise()
     }
 
     /// Adds a mesh; gives its number.
@@ -214,18 +219,61 @@ impl SceneBuilder {
             material,
             ..MeshData::default()
         };
-        self.0.add_mesh(&data).or_raise()
+        self.builder.add_mesh(&data).or_raise()
     }
 
     /// Draws a mesh by a matrix from its space into the world.
     fn instance(&mut self, name: &str, mesh: u32, world: [[f64; 4]; 4]) -> PyResult<()> {
         let world = DMat4::from_cols_array_2d(&world).transpose();
-        self.0.add_instance(name, mesh, world).or_raise()
+        self.builder.add_instance(name, mesh, world).or_raise()
+    }
+
+    /// Adds a light of the scene's own: place and direction in the world, linear colour, candela or lux, and the inner and
+    /// outer half angle of a spot, degrees.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the values of a light, by position from one caller"
+    )]
+    fn light(
+        &mut self,
+        name: String,
+        kind: &str,
+        position: [f64; 3],
+        direction: [f64; 3],
+        color: [f32; 3],
+        intensity: f32,
+        cone: (f32, f32),
+    ) -> PyResult<()> {
+        let fault = |fault: &str| refused(format!("light '{name}': {fault}"));
+        let towards = DVec3::from(direction).try_normalize();
+        let finite = position.iter().all(|x| x.is_finite());
+        let strong = color.iter().chain([&intensity]).all(|x| x.is_finite() && *x >= 0.0);
+        let (inner, outer) = (cone.0.to_radians(), cone.1.to_radians());
+        if !(finite && strong && inner >= 0.0 && inner < outer && outer <= FRAC_PI_2) {
+            return Err(fault("a value of it is out of its range"));
+        }
+        let direction = towards.ok_or_else(|| fault("its direction has no length"))?;
+        let kind = LightKind::named(kind).or_raise()?;
+        let (position, cone) = (position.into(), Cone { inner, outer });
+        let (range, klieg) = (None, None);
+        self.lights.push(SceneLight {
+            name,
+            position,
+            direction,
+            kind,
+            cone,
+            color,
+            intensity,
+            range,
+            klieg,
+        });
+        Ok(())
     }
 
     /// The scene; the builder is empty afterwards.
     fn finish(&mut self, name: &str) -> PyResult<Scene> {
-        let scene = std::mem::take(&mut self.0).finish(name).or_raise()?;
+        let mut scene = std::mem::take(&mut self.builder).finish(name).or_raise()?;
+        scene.lights = std::mem::take(&mut self.lights);
         klieg::session::warn(&scene.warnings);
         let loaded = Loaded { scene: Arc::new(scene), load: 0.0 };
         Ok(Scene { loaded, options: None, folder: None })

@@ -9,6 +9,7 @@ import trimesh
 from conftest import QUICK, ROOT
 
 import klieg
+from klieg._settings import DesignOptions
 
 TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=np.float32)
 
@@ -114,3 +115,24 @@ def test_a_scene_of_arrays_has_no_file_to_be_lit(tmp_path: Path) -> None:
     assert result.score < result.headlight_score
     with pytest.raises(klieg.InputError, match="made of arrays"):
         result.save_gltf(tmp_path / "lit.glb")
+
+
+def test_lights_that_stand_in_a_scene_of_arrays_are_kept() -> None:
+    sphere = trimesh.creation.icosphere(subdivisions=2)
+    sun = klieg.SceneLight("directional", (0, 0, 0), (0, -1, 0), np.pi)
+    lamp = klieg.SceneLight("point", (3, 0, 0), (0, 0, -1), 9 * np.pi, (1, 0, 0))
+    mesh = klieg.Mesh(sphere.vertices, sphere.faces, normals=sphere.vertex_normals)
+    scene = klieg.Scene.from_meshes([mesh], [sun, lamp])
+    assert scene.own_lights == 2
+    view = klieg.View(scene, (48, 48), azimuth=0, elevation=0)
+    options: DesignOptions = {"lights": 1, "keep_lights": True}
+    result = klieg.design(scene, view, device="cpu", **(QUICK | options))
+    key, above, red = result.lights
+    assert key.role == "key"
+    assert above.kind == "directional"
+    assert above.diffuse == pytest.approx(1, rel=1e-5)
+    assert above.elevation_deg == pytest.approx(90, abs=1e-3)
+    assert red.distance == pytest.approx(3, rel=1e-4)
+    assert red.color == "#ff0000"
+    with pytest.raises(klieg.InputError, match="direction"):
+        klieg.Scene.from_meshes([mesh], [klieg.SceneLight("point", (0, 0, 0), (0, 0, 0), 1)])
