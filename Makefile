@@ -34,8 +34,15 @@ JUDGE_KLIEG ?=
 JUDGE_PYTHON ?= python3.11
 JUDGE_ENV = $(or $(CARGO_TARGET_DIR),target)/judge
 
-.PHONY: help setup design spirv test check program library install install-program install-library judge \
-	gpu-kit fuzz soak bits deny msrv package
+BUILDS = $(or $(CARGO_TARGET_DIR),target)
+# The Python that the package is tested with, and where its tools and its wheels go.
+PYTHON ?= python3
+PYTHON_ENV = $(BUILDS)/python
+WHEELS = $(BUILDS)/wheels
+
+.PHONY: help setup design spirv test test-rust test-python check check-python program library install install-program \
+	install-library judge gpu-kit fuzz soak bits deny msrv package wheel \
+	python-module test-blender blender-addon
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
@@ -51,6 +58,10 @@ help:
 	@echo 'make bits   compare the results of a debug and of a release build, byte for byte'
 	@echo 'make deny   check licences, sources and advisories of the dependencies (cargo-deny)'
 	@echo 'make msrv   check with the oldest Rust that klieg promises to build with'
+	@echo 'make wheel  build the Python package, and try it in a virtual environment of its own'
+	@echo 'make blender-addon  build the extension for Blender 4.2 and later: target/klieg-blender-VERSION.zip'
+	@echo 'make test-blender   test it with the package of Blender, 300 MB'
+	@echo 'make test-python [PYTHON=PROGRAM]  the tests of the Python package alone'
 	@echo 'make package  pack the crate, and build and test what is in the archive'
 	@echo 'make setup  only install what the others need, where it is missing'
 
@@ -99,13 +110,62 @@ install-library: library
 spirv: setup
 	KLIEG_WRITE_SPIRV=1 cargo test --test spirv
 
-test:
+ON_LAVAPIPE = $(if $(LAVAPIPE),VK_DRIVER_FILES=$(LAVAPIPE) VK_ICD_FILENAMES=$(LAVAPIPE))
+# klieg and its Python module in one selection of packages, so that cargo builds klieg for both with the same features.
+BOTH = -p klieg -p klieg-python --features klieg-python/shaderc
+
+test: test-rust test-python
+
+test-rust:
 	@.ci/setup test
-	$(if $(LAVAPIPE),VK_DRIVER_FILES=$(LAVAPIPE) VK_ICD_FILENAMES=$(LAVAPIPE)) cargo test
+	$(ON_LAVAPIPE) cargo test $(BOTH)
+
+$(PYTHON_ENV)/installed: python/requirements.txt
+	$(PYTHON) -m venv --clear "$(PYTHON_ENV)"
+	"$(PYTHON_ENV)/bin/pip" install --quiet --disable-pip-version-check -r python/requirements.txt
+	touch "$@"
+
+# A test among the targets makes cargo select features as for all tests: what `test-rust` has built stays as it is.
+python-module: $(PYTHON_ENV)/installed
+	cargo build --lib --bins --test architecture $(BOTH)
+	python/install "$$("$(PYTHON_ENV)/bin/python" -c 'import sysconfig; print(sysconfig.get_path("platlib"))')" "$(BUILDS)/debug"
+
+test-python:
+	@.ci/setup test
+	$(MAKE) python-module check-python
+	cd python && KLIEG="$(abspath $(BUILDS))/debug/klieg" $(ON_LAVAPIPE) "$(abspath $(PYTHON_ENV))/bin/pytest"
+
+check-python:
+	cd python && "$(abspath $(PYTHON_ENV))/bin/ruff" check . && "$(abspath $(PYTHON_ENV))/bin/ruff" format --check .
+	cd python && "$(abspath $(PYTHON_ENV))/bin/mypy"
+	cd python && "$(abspath $(PYTHON_ENV))/bin/stubtest" klieg._klieg --mypy-config-file pyproject.toml
+
+# In the Python of Blender's package, which `make judge` has too.
+test-blender: python-module $(JUDGE_ENV)/installed
+	python/install "$(BUILDS)/blender" "$(BUILDS)/debug"
+	rm -rf "$(BUILDS)/blender/klieg_addon" && cp -R python/blender "$(BUILDS)/blender/klieg_addon"
+	cd python/tests_blender && PYTHONPATH="$(abspath $(BUILDS))/blender" "$(abspath $(JUDGE_ENV))/bin/python" -m unittest -v
+
+# The extension for Blender 4.2 and later, with the wheel in it.
+ADDON = $(BUILDS)/addon
+blender-addon: wheel
+	rm -rf "$(ADDON)" && mkdir -p "$(ADDON)/wheels"
+	cp python/blender/__init__.py "$(ADDON)" && cp "$(WHEELS)"/*.whl "$(ADDON)/wheels"
+	sed -e 's|@VERSION@|$(VERSION)|' -e "s|@WHEEL@|$$(basename "$(WHEELS)"/*.whl)|" \
+		python/blender/blender_manifest.toml.in >"$(ADDON)/blender_manifest.toml"
+	cd "$(ADDON)" && $(PYTHON) -m zipfile -c "../klieg-blender-$(VERSION).zip" __init__.py blender_manifest.toml wheels
+
+# With the checked-in SPIR-V: the wheel needs no shader compiler, and at run time no Vulkan loader where there is none.
+wheel: $(PYTHON_ENV)/installed
+	rm -rf "$(WHEELS)"
+	"$(PYTHON_ENV)/bin/maturin" build --release --locked --manifest-path python/Cargo.toml --out "$(WHEELS)"
+	$(PYTHON) -m venv --clear "$(BUILDS)/wheel-smoke"
+	"$(BUILDS)/wheel-smoke/bin/pip" install --quiet --disable-pip-version-check "$(WHEELS)"/*.whl
+	"$(BUILDS)/wheel-smoke/bin/python" -I python/tests/smoke.py scenes/elephant.glb
 
 check: setup
 	cargo fmt --all --check
-	cargo clippy --all-targets -- -D warnings
+	cargo clippy --all-targets $(BOTH) -- -D warnings
 	cargo clippy --no-default-features --lib -- -D warnings
 	cargo clippy --no-default-features --features c --lib -- -D warnings
 	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --features c
@@ -144,8 +204,6 @@ SOAK_DESIGNS ?= 10000
 
 soak: setup
 	KLIEG_SOAK=$(SOAK_DESIGNS) cargo test --release --test soak -- --nocapture --test-threads 1
-
-BUILDS = $(or $(CARGO_TARGET_DIR),target)
 
 bits: setup
 	cargo build

@@ -6,7 +6,7 @@
 //!
 //! The rooms, each of which knows only those before it: [`error`], [`math`], [`lighting`], [`scene`],
 //! [`objective`], [`evaluate`], [`cpu`], [`render`] and [`gpu`], [`optimize`] (which knows the first two alone),
-//! [`design`], [`study`]; then reports, the command line and the C interface.
+//! [`design`], [`study`]; then reports, sessions, the command line and the C interface.
 
 /// Declares the constants of `src/constants.rs`; `build/glsl.rs` has a macro of this name that writes them in
 /// GLSL.
@@ -37,6 +37,8 @@ pub mod c;
 pub mod cli;
 #[cfg(feature = "cli")]
 pub mod report;
+#[cfg(feature = "cli")]
+pub mod session;
 
 pub use error::{Error, Result};
 // In the versions that the library's interface speaks.

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// Rooms of the crate in their order; those of one row do not know each other. `gpu` measures with the
 /// references of `cpu`.
-const ROOMS: [&[&str]; 15] = [
+const ROOMS: [&[&str]; 16] = [
     &["error", "constants"],
     &["hash"],
     &["math"],
@@ -23,6 +23,7 @@ const ROOMS: [&[&str]; 15] = [
     &["design"],
     &["study"],
     &["report"],
+    &["session"],
     &["c", "cli"],
 ];
 

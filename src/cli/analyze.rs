@@ -5,7 +5,6 @@ use super::print;
 use super::session::Session;
 use super::values::Lights;
 use crate::design::profile;
-use crate::design::start;
 use crate::lighting::angles;
 use crate::lighting::clusters::{Cluster, Clustering};
 use crate::objective::maps::Maps;
@@ -13,8 +12,6 @@ use crate::report::json::{self, Header};
 use crate::report::{Staging, npy, picture};
 use anyhow::Result;
 use clap::Args;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -121,10 +118,8 @@ pub(super) fn run(options: &Options) -> Result<()> {
     inputs.spare(&options.out, FILES)?;
     let mut staging = Staging::new(&options.out)?.sparing(inputs);
     let header = session.header("klieg.analysis/1");
+    let clustering = session.clusters(lights)?;
     let maps = session.evaluator.maps()?;
-    let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
-    let (scene, view) = (&session.scene, &session.view);
-    let clustering = start::visible_clusters(scene, view, maps, lights, &mut rng);
 
     let edge_sobel = session.settings.objective.edge_sobel;
     write_pictures(maps, edge_sobel, &clustering, &mut staging)?;

@@ -1,10 +1,10 @@
 //! Options about lights that several subcommands share.
 
-use super::config::{LightSettings, Settings};
 use crate::Result;
-use crate::lighting::genome::Boxes;
 use crate::lighting::kinds::KINDS;
 use crate::lighting::{Color, LightKind, Role};
+use crate::session::config::Settings;
+use crate::session::values::role;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::str::FromStr;
@@ -26,10 +26,11 @@ impl LightOptions {
     /// Puts these options in the place of `settings`.
     ///
     /// # Errors
-    /// As [`Boxes::of_mut`].
+    /// As [`LightSettings::set_color`].
     pub fn apply(&self, settings: &mut Settings) -> Result<()> {
         settings.lights.keep |= self.keep_lights;
-        self.colors.iter().try_for_each(|color| color.apply(&mut settings.lights.boxes))
+        let lights = &mut settings.lights;
+        self.colors.iter().try_for_each(|given| lights.set_color(given.role, given.color))
     }
 
     /// Whether any colour is given.
@@ -45,16 +46,6 @@ struct ColorArg {
     color: Color,
 }
 
-impl ColorArg {
-    fn apply(&self, boxes: &mut Boxes) -> Result<()> {
-        match self.role {
-            Some(role) => boxes.of_mut(role)?.color = self.color,
-            None => boxes.all_mut().into_iter().for_each(|space| space.color = self.color),
-        }
-        Ok(())
-    }
-}
-
 impl FromStr for ColorArg {
     type Err = String;
 
@@ -64,15 +55,6 @@ impl FromStr for ColorArg {
             None => Ok(Self { role: None, color: text.parse()? }),
         }
     }
-}
-
-/// A role that is searched, by its name.
-pub(super) fn role(name: &str) -> Result<Role, String> {
-    let searched = Role::ALL.into_iter().filter(|role| *role != Role::Scene);
-    searched.clone().find(|role| role.name() == name.trim()).ok_or_else(|| {
-        let names: Vec<_> = searched.map(Role::name).collect();
-        format!("'{name}' is none of {}", names.join(", "))
-    })
 }
 
 /// The names of the kinds of lights.
@@ -90,42 +72,23 @@ pub(super) enum Intensities {
     Two,
 }
 
-impl Intensities {
-    /// Gives every box that many; a specular range that is missing is that of the diffuse intensity.
-    pub fn apply(self, lights: &mut LightSettings) {
-        for space in lights.boxes.all_mut() {
-            space.specular = match self {
-                Self::One => None,
-                Self::Two => space.specular.or(Some(space.diffuse)),
-            };
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::config::LightSettings;
 
     #[test]
     fn colours_by_role_and_for_all() {
-        let mut boxes = Boxes::default();
+        let mut lights = LightSettings::default();
         for text in ["3200K", "rim=#8080ff"] {
-            text.parse::<ColorArg>().unwrap().apply(&mut boxes).unwrap();
+            let ColorArg { role, color } = text.parse().unwrap();
+            lights.set_color(role, color).unwrap();
         }
+        let boxes = lights.boxes;
         let texts = [boxes.key, boxes.fill, boxes.rim].map(|space| space.color.to_string());
         assert_eq!(texts, ["3200K", "3200K", "#8080ff"]);
         for text in ["", "red", "scene=5600K", "back=5600K", "key=", "key=5600"] {
             assert!(text.parse::<ColorArg>().is_err(), "{text}");
         }
-    }
-
-    #[test]
-    fn intensities_are_one_or_two() {
-        let mut lights = LightSettings::default();
-        let two = lights.boxes.fill.specular;
-        Intensities::One.apply(&mut lights);
-        assert_eq!(lights.boxes.fill.specular, None);
-        Intensities::Two.apply(&mut lights);
-        assert_eq!(lights.boxes.fill.specular, two);
     }
 }

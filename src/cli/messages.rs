@@ -2,10 +2,9 @@
 //! details. They are `tracing` events; colours appear on terminals, unless NO_COLOR is set.
 
 use super::print;
+use crate::session::message;
 use anstyle::{AnsiColor, Style};
 use clap::{ArgAction, Args};
-use std::fmt::{Debug, Write as _};
-use tracing::field::{Field, Visit};
 use tracing::level_filters::LevelFilter;
 use tracing::{Event, Level, Subscriber, enabled};
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt as _};
@@ -54,28 +53,14 @@ struct Messages;
 
 impl<S: Subscriber> Layer<S> for Messages {
     fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
-        let mut message = Message::default();
-        event.record(&mut message);
+        let message = message(event);
         let bold = Style::new().bold();
         let (name, style) = match *event.metadata().level() {
             Level::ERROR => ("error: ", bold.fg_color(Some(AnsiColor::Red.into()))),
             Level::WARN => ("warning: ", bold.fg_color(Some(AnsiColor::Yellow.into()))),
-            Level::INFO => return print::note(&message.0),
+            Level::INFO => return print::note(&message),
             _ => ("", Style::new()),
         };
-        print::styled_note(("klieg: ", name, style), &message.0);
-    }
-}
-
-/// An event's text.
-#[derive(Default)]
-struct Message(String);
-
-impl Visit for Message {
-    fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
-        if field.name() == "message" {
-            // Writing to a string does not fail.
-            let _ = write!(self.0, "{value:?}");
-        }
+        print::styled_note(("klieg: ", name, style), &message);
     }
 }

@@ -4,37 +4,29 @@ mod analyze;
 mod batch;
 mod bench;
 mod checkpoint;
-pub mod config;
 mod design;
-mod designer;
-mod device;
 mod devices;
 mod file_stamp;
-mod input;
 mod inspect;
 mod lights;
 mod messages;
-pub mod optimizer;
 mod options;
 mod paper;
 mod picture;
-mod pipelines;
 mod print;
 mod profile;
 mod progress;
 #[doc(hidden)]
 pub mod readers;
 mod render;
-mod rig;
 mod score;
-mod session;
 mod shell;
 mod study;
 mod terms;
 mod thumbnail;
 pub mod values;
-mod view;
 
+use crate::session::{self, config, describe, designer, device, input, is_input, optimizer, rig};
 use clap::{Parser, Subcommand};
 
 /// Finds the lights that make a glTF scene easiest to see.
@@ -95,21 +87,10 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
 
 /// 2 where what the user gave is at fault, 1 otherwise.
 pub fn exit_code(error: &anyhow::Error) -> u8 {
-    let input = |cause: &(dyn std::error::Error + 'static)| {
-        cause.downcast_ref::<crate::Error>().is_some_and(crate::Error::is_input)
-    };
-    if error.chain().any(input) { 2 } else { 1 }
+    if is_input(error) { 2 } else { 1 }
 }
 
 /// Tells of an error on standard error.
 pub fn tell(error: &anyhow::Error) {
     tracing::error!("{}", describe(error));
-}
-
-/// An error and its causes in one line; a cause that the text before it already tells is left out.
-pub fn describe(error: &anyhow::Error) -> String {
-    error.chain().skip(1).fold(error.to_string(), |text, cause| {
-        let cause = cause.to_string();
-        if text.contains(&cause) { text } else { format!("{text}: {cause}") }
-    })
 }

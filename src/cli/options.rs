@@ -299,7 +299,7 @@ impl SearchOptions {
         }
         settings.lights.kind = self.kind.unwrap_or(settings.lights.kind);
         if let Some(intensities) = self.intensities {
-            intensities.apply(&mut settings.lights);
+            settings.lights.set_intensities(intensities == Intensities::One);
         }
         self.look.apply(settings)?;
         let search = &mut settings.search;

@@ -1,12 +1,7 @@
-//! Final pictures: their options, and how they are made.
+//! Options of final pictures.
 
 use super::config::Settings;
-use crate::Result;
-use crate::lighting::{Light, Population};
-use crate::render::{self, Background, Picture, Stage, ToneMapping};
-use crate::scene::Scene;
-use crate::scene::occluders::Occluders;
-use crate::scene::view::View;
+use crate::render::{Background, ToneMapping};
 use clap::Args;
 
 /// How final pictures are made.
@@ -29,32 +24,4 @@ impl PictureOptions {
         picture.tone_mapping = self.tone_mapping.unwrap_or(picture.tone_mapping);
         settings.judge_background();
     }
-}
-
-/// What casts shadows in final pictures; nothing where the settings have none.
-///
-/// # Errors
-/// As [`Occluders::new`].
-pub(super) fn occluders(
-    scene: &Scene,
-    view: &View,
-    settings: &Settings,
-) -> Result<Option<Occluders>> {
-    settings.shadows.on.then(|| Occluders::new(scene, view)).transpose()
-}
-
-/// The final picture of each rig.
-///
-/// # Errors
-/// As [`render::draw`].
-pub(super) fn draw(
-    (scene, view): (&Scene, &View),
-    occluders: Option<&Occluders>,
-    settings: &Settings,
-    rigs: &[&[Light]],
-) -> Result<Vec<Picture>> {
-    let rigs = rigs.iter().map(|rig| Population::of([*rig])).collect::<Result<Vec<_>>>()?;
-    let records: Vec<_> = rigs.iter().map(Population::records).collect();
-    let stage = Stage { scene, view, shading: &settings.shading, occluders };
-    render::draw_each(&stage, &records, &settings.picture)
 }

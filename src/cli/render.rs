@@ -2,11 +2,11 @@
 
 use super::input::{self, SceneFile};
 use super::options::LookOptions;
-use super::picture::{self, PictureOptions};
+use super::picture::PictureOptions;
 use super::print;
 use super::rig;
 use super::score::PresetName;
-use super::session::{self, warn};
+use super::session::{self, picture, warn};
 use super::values::Size;
 use crate::design::profile;
 use crate::lighting::Rig;

@@ -1,6 +1,7 @@
 use super::*;
 use crate::design::profile::{NATURAL, PAPER};
 use crate::objective::terms::TERMS;
+use crate::session::values::Size;
 
 /// The TOML blocks of the reference, of those that begin with `fence`.
 fn documented(fence: &str) -> String {
@@ -11,7 +12,15 @@ fn documented(fence: &str) -> String {
 }
 
 fn parse(text: &str) -> Settings {
-    Settings::parse(text, None, profile::DEFAULT).unwrap()
+    parsed(text, None, profile::DEFAULT).unwrap()
+}
+
+fn parsed(
+    text: &str,
+    asked: Option<&'static Profile>,
+    usual: &'static Profile,
+) -> Result<Settings, toml::de::Error> {
+    Settings::parse(text, toml::Table::new(), asked, usual)
 }
 
 /// All keys of a table, dotted.
@@ -48,7 +57,7 @@ fn the_documented_profile_natural_is_all_that_differs_from_the_paper_s() {
     natural.check().unwrap();
     // Without its first line the block still says everything, over the paper's.
     let rest = text.replace("profile = \"natural\"\n", "");
-    let over = Settings::parse(&rest, None, &PAPER).unwrap();
+    let over = parsed(&rest, None, &PAPER).unwrap();
     assert_eq!(over, Settings { profile: ProfileName(&PAPER), ..natural });
 }
 
@@ -62,21 +71,21 @@ fn a_file_starts_from_the_profile_that_it_names_or_is_asked_for() {
     natural.shading.ambient = 0.5;
     natural.lights.kind = LightKind::SPOT;
     assert_eq!(parse(text), natural);
-    assert_eq!(Settings::parse(text, None, &PAPER).unwrap(), natural);
-    let paper = Settings::parse(text, Some(&PAPER), &NATURAL).unwrap();
+    assert_eq!(parsed(text, None, &PAPER).unwrap(), natural);
+    let paper = parsed(text, Some(&PAPER), &NATURAL).unwrap();
     assert_eq!((paper.profile, paper.seed), (ProfileName(&PAPER), 7));
     assert_eq!(paper.objective.weights, Objective::default().weights);
     assert_eq!(paper.objective.edge_contrast, 0.1);
-    assert_eq!(Settings::parse("", None, &NATURAL).unwrap(), Settings::of(&NATURAL));
+    assert_eq!(parsed("", None, &NATURAL).unwrap(), Settings::of(&NATURAL));
     // Weights and boxes that are given are taken whole.
     let text = "[objective.weights]\nedge = 1\n[lights.boxes.fill]\nelevation = [0, 1]\n\
                 azimuth = [0, 1]\ndiffuse = [0, 1]\ndistance = [1, 2]\n";
-    let given = Settings::parse(text, None, &NATURAL).unwrap();
+    let given = parsed(text, None, &NATURAL).unwrap();
     assert!(given.objective.weights.names().eq(["edge"]));
     assert!(!given.lights.boxes.fill.share_of_key);
     assert_eq!(given.lights.boxes.rim, natural.lights.boxes.rim);
     assert_eq!(given.objective.mean_target, natural.objective.mean_target);
-    let fault = Settings::parse("seed = 1\nprofile = \"film\"", None, &PAPER).unwrap_err();
+    let fault = parsed("seed = 1\nprofile = \"film\"", None, &PAPER).unwrap_err();
     let fault = fault.to_string();
     assert!(fault.contains("line 2") && fault.contains("paper, natural"), "{fault}");
 }
@@ -90,7 +99,7 @@ fn only_a_colour_that_is_given_counts_as_background() {
     assert!((white - 1.0).abs() < 1e-6, "{white}");
     let default = judged("[picture]\nbackground = \"#3a3c42\"").unwrap();
     assert!((0.2..0.3).contains(&default), "{default}");
-    let fault = Settings::parse("[objective]\nbackground = 0.5", None, &PAPER).unwrap_err();
+    let fault = parsed("[objective]\nbackground = 0.5", None, &PAPER).unwrap_err();
     assert!(fault.to_string().contains("background"), "{fault}");
 }
 
@@ -122,7 +131,7 @@ fn faults_name_file_line_and_key() {
 
 #[test]
 fn weights_are_those_of_any_terms() {
-    let read = |text: &str| Settings::parse(text, None, &PAPER).map(|settings| settings.objective);
+    let read = |text: &str| parsed(text, None, &PAPER).map(|settings| settings.objective);
     let objective = read("[objective.weights]\nrelief = 0.5\nedge = 0\nmean = 0.25").unwrap();
     let weights: Vec<_> = objective.weights.iter().map(|(t, w)| (t.name, w)).collect();
     assert_eq!(weights, [("edge", 0.0), ("mean", 0.25), ("relief", 0.5)]);
@@ -160,4 +169,32 @@ fn values_out_of_range_are_refused() {
     for text in ["[view]\nsize = \"0x5\"", "[lights]\nroles = 17", "device = true"] {
         assert!(toml::from_str::<Settings>(text).is_err(), "{text}");
     }
+}
+
+#[test]
+fn intensities_are_one_or_two() {
+    let mut lights = LightSettings::default();
+    let two = lights.boxes.fill.specular;
+    lights.set_intensities(true);
+    assert_eq!(lights.boxes.fill.specular, None);
+    lights.set_intensities(false);
+    assert_eq!(lights.boxes.fill.specular, two);
+}
+
+#[test]
+fn tables_stand_in_the_place_of_what_a_file_says() {
+    let over = toml::toml! { search.generations = 7 };
+    let file = "seed = 3\n[search]\ngenerations = 5\npopulation = 8";
+    let settings = Settings::parse(file, over, None, &NATURAL).unwrap();
+    let GeneticSettings { generations, population, .. } = settings.search;
+    assert_eq!((settings.seed, generations, population), (3, 7, 8));
+    let over = toml::toml! { search.generation = 7 };
+    let fault = Settings::parse(file, over, None, &NATURAL).unwrap_err().to_string();
+    assert!(fault.contains("generation"), "{fault}");
+}
+
+#[test]
+fn lights_that_are_neither_a_number_nor_roles_are_told() {
+    let fault = parsed("[lights]\nroles = [\"back\"]", None, &NATURAL).unwrap_err().to_string();
+    assert!(fault.contains("line 2") && fault.contains("a list of roles"), "{fault}");
 }

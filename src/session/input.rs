@@ -12,12 +12,12 @@ use tempfile::TempDir;
 const MAX_SCENE: u64 = u32::MAX as u64;
 
 /// The path that stands for standard input and output.
-pub(super) fn is_standard(path: &Path) -> bool {
+pub fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
 /// The file as faults name it.
-pub(super) fn name(path: &Path) -> &Path {
+pub fn name(path: &Path) -> &Path {
     if is_standard(path) { Path::new("standard input") } else { path }
 }
 
@@ -25,7 +25,7 @@ pub(super) fn name(path: &Path) -> &Path {
 ///
 /// # Errors
 /// [`Error::Input`] for what cannot be read, is longer than `most` bytes, or no text.
-pub(super) fn text(path: &Path, most: u64) -> Result<String> {
+pub fn text(path: &Path, most: u64) -> Result<String> {
     if !is_standard(path) {
         return files::text(path, most).map_err(|fault| Error::input(path, fault));
     }
@@ -41,7 +41,7 @@ pub(super) fn text(path: &Path, most: u64) -> Result<String> {
 /// A scene's file. One on standard input is kept in a temporary folder, as scenes are read in any order and more than
 /// once; it may name no other files.
 #[derive(Debug, Clone)]
-pub(super) struct SceneFile {
+pub struct SceneFile {
     given: PathBuf,
     kept: OnceLock<(Arc<TempDir>, PathBuf)>,
 }

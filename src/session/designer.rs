@@ -1,7 +1,7 @@
 //! How a design is made, one or many: the search, and all files that it leaves behind.
 
 use super::config::{First, Settings};
-use super::session::{Engine, Session, evaluator_on, milliseconds, warn};
+use super::{Engine, Session, evaluator_on, milliseconds, warn};
 use crate::design::coarse::{self, run_coarse_first};
 use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
@@ -23,19 +23,26 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// The lit scene.
-pub(super) const LIT: &str = "lit.glb";
+pub const LIT: &str = "lit.glb";
 
 /// The result.
-pub(super) const RESULT: &str = "result.json";
+pub const RESULT: &str = "result.json";
 
 /// All files of a design.
-pub(super) const FILES: [&str; 7] =
+pub const FILES: [&str; 7] =
     ["best.png", "headlight.png", "report.html", LIT, "convergence.csv", "convergence.svg", RESULT];
 
 /// Size of `convergence.svg`.
 const PLOT: (u32, u32) = (800, 480);
 
-/// The individual that the search begins with.
+/// The individual that the search of the settings begins with.
+///
+/// # Errors
+/// What the device reports, and a rig with another number of lights than the genome's.
+pub fn beginning(session: &mut Session, genome: &Genome) -> Result<Vec<f32>> {
+    first(session, genome, &mut ChaCha8Rng::seed_from_u64(session.settings.seed))
+}
+
 fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result<Vec<f32>> {
     let preset = match session.settings.first {
         First::KMeans => {
@@ -99,7 +106,7 @@ fn coarse(session: &mut Session, small: &View) -> Result<Option<Engine>> {
 ///
 /// # Errors
 /// Faults of the settings, and what the device reports.
-pub(super) fn search(
+pub fn search(
     session: &mut Session,
     genome: &Genome,
     journal: Option<&RefCell<Journal>>,
@@ -193,24 +200,30 @@ fn shown(
     rigs.into_iter().zip(pictures).map(shown).collect()
 }
 
-/// Writes all files of a design; gives the content of `result.json`, the last of them.
+/// The content of `result.json`, its times as they are so far.
 ///
 /// # Errors
-/// What the device reports, and files that cannot be written.
-pub(super) fn write(
-    session: &mut Session,
-    outcome: &Outcome,
-    staging: &mut Staging,
-) -> Result<Design> {
+/// What the device reports.
+pub fn result(session: &mut Session, outcome: &Outcome) -> Result<Design> {
     let headlight = session.with_kept(Preset::Headlight.rig());
     let headlight = session.evaluator.inspect(&headlight)?;
     let best = session.evaluator.inspect(&outcome.rig)?;
     let header = session.header(Design::SCHEMA);
     let Settings { seed, objective, .. } = &session.settings;
-    let settings = in_words(&session.settings);
     let mut design =
         Design::new(header, (*seed, objective), (&best, &headlight), outcome, &session.view);
     design.scene_lights = session.scene_lights();
+    design.timing_ms = session.finish();
+    Ok(design)
+}
+
+/// Writes all files of a design; gives the content of `result.json`, the last of them.
+///
+/// # Errors
+/// What the device reports, and files that cannot be written.
+pub fn write(session: &mut Session, outcome: &Outcome, staging: &mut Staging) -> Result<Design> {
+    let mut design = result(session, outcome)?;
+    let settings = in_words(&session.settings);
 
     let pictures = pictures(session, &outcome.rig)?;
     for (name, shown) in ["headlight.png", "best.png"].into_iter().zip(&pictures) {

@@ -1,16 +1,31 @@
-//! What every measuring command begins with: the scene, the view, an evaluator.
+//! What every measuring command begins with, and the Python package too: settings, the scene, the view, a device and an
+//! evaluator on it.
 
-use super::config::Settings;
-use super::device::{self, Opened};
-use super::picture;
-use super::pipelines::Stored;
-use super::profile::ProfileName;
-use super::values::Device;
-pub(super) use super::view::{SIZE, view};
+pub mod config;
+pub mod designer;
+pub mod device;
+mod engine;
+pub mod input;
+mod message;
+pub mod optimizer;
+pub mod picture;
+pub mod pipelines;
+pub mod profile;
+pub mod rig;
+pub mod values;
+mod view;
+
+pub use engine::{Engine, announce, evaluator, evaluator_on};
+pub use message::message;
+pub use view::{SIZE, view};
+
+use self::config::Settings;
+use self::device::Opened;
+use self::profile::ProfileName;
 use crate::Error;
-use crate::cpu::{self, CpuEvaluator};
-use crate::evaluate::Evaluator;
-use crate::gpu::GpuEvaluator;
+use crate::cpu;
+use crate::design::start;
+use crate::lighting::clusters::Clustering;
 use crate::lighting::genome::Genome;
 use crate::lighting::{Light, Population, Rig};
 use crate::objective::Quality;
@@ -20,65 +35,19 @@ use crate::report::Inputs;
 use crate::report::exhibit::Studio;
 use crate::report::json::{Header, SceneLights, Timing};
 use crate::scene::load::LoadOptions;
-use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
 use crate::scene::{self, Scene};
 use crate::study::Subject;
 use anyhow::Result;
 use image::RgbImage;
-use std::ops::{Deref, DerefMut};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// An evaluator of either kind.
-pub(super) enum Engine {
-    /// Native.
-    Cpu(Box<CpuEvaluator>),
-    /// On a Vulkan device, and what stores its pipelines.
-    Vulkan { gpu: Box<GpuEvaluator>, _stored: Arc<Stored> },
-}
-
-impl Engine {
-    /// The evaluator alone.
-    pub fn boxed(self) -> Box<dyn Evaluator> {
-        match self {
-            Self::Cpu(evaluator) => evaluator,
-            Self::Vulkan { gpu, .. } => gpu,
-        }
-    }
-
-    /// The GPU's time for each stage of the last population, milliseconds; none for the CPU.
-    pub fn stage_times(&self) -> &[(&'static str, f64)] {
-        match self {
-            Self::Cpu(_) => &[],
-            Self::Vulkan { gpu, .. } => gpu.timings(),
-        }
-    }
-}
-
-impl Deref for Engine {
-    type Target = dyn Evaluator;
-
-    fn deref(&self) -> &Self::Target {
-        match self {
-            Self::Cpu(evaluator) => &**evaluator,
-            Self::Vulkan { gpu, .. } => &**gpu,
-        }
-    }
-}
-
-impl DerefMut for Engine {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        match self {
-            Self::Cpu(evaluator) => &mut **evaluator,
-            Self::Vulkan { gpu, .. } => &mut **gpu,
-        }
-    }
-}
-
 /// A scene in view and what measures it.
-pub(super) struct Session {
+pub struct Session {
     /// The scene.
     pub scene: Arc<Scene>,
     /// The view.
@@ -99,7 +68,7 @@ pub(super) struct Session {
 
 /// A scene, and how long it took to load.
 #[derive(Clone)]
-pub(super) struct Loaded {
+pub struct Loaded {
     /// The scene.
     pub scene: Arc<Scene>,
     /// Milliseconds.
@@ -148,13 +117,21 @@ impl Session {
     ///
     /// # Errors
     /// Faults of the settings, the scene and the device.
-    pub fn on(
+    pub fn on(device: &Opened, loaded: Loaded, settings: Settings, begin: Instant) -> Result<Self> {
+        let view = view(&loaded.scene, &settings.view)?;
+        Self::of_view(device, (loaded, view), settings, begin)
+    }
+
+    /// As [`Session::on`], of a view that is there, whatever the settings say of it.
+    ///
+    /// # Errors
+    /// Faults of the settings, the scene and the device.
+    pub fn of_view(
         device: &Opened,
-        Loaded { scene, load }: Loaded,
+        (Loaded { scene, load }, view): (Loaded, View),
         settings: Settings,
         begin: Instant,
     ) -> Result<Self> {
-        let view = view(&scene, &settings.view)?;
         let mut evaluator = evaluator_on(device, (&scene, &view), &settings, None)?;
         sees(&mut evaluator, &scene, &view)?;
         note_coarse_shadows(&mut evaluator, &settings.shadows)?;
@@ -210,6 +187,16 @@ impl Session {
         Subject { scene: &self.scene, view: &self.view, evaluator: &mut *self.evaluator }
     }
 
+    /// The normals of the visible polygons in `k` clusters, as [`start::visible_clusters`].
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn clusters(&mut self, k: usize) -> Result<Clustering> {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.settings.seed);
+        let maps = self.evaluator.maps()?;
+        Ok(start::visible_clusters(&self.scene, &self.view, maps, k, &mut rng))
+    }
+
     /// The final picture of each rig in a view of this scene through this camera.
     ///
     /// # Errors
@@ -251,20 +238,20 @@ impl Studio for Session {
 ///
 /// # Errors
 /// [`crate::Error::Input`].
-pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
     let scene = scene::load::load_with(path, options.clone())?;
     warn(&scene.warnings);
     Ok(scene)
 }
 
 /// What outputs must not replace: all files of a scene, and the configuration's, if any.
-pub(super) fn inputs(scene: &Scene, config: Option<&Path>) -> Inputs {
+pub fn inputs(scene: &Scene, config: Option<&Path>) -> Inputs {
     let files = scene.files.iter().chain(&scene.named).map(PathBuf::as_path);
     Inputs::new(files.chain(config))
 }
 
 /// Prints warnings.
-pub(super) fn warn(warnings: &[String]) {
+pub fn warn(warnings: &[String]) {
     warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
 }
 
@@ -304,63 +291,28 @@ fn note_coarse_shadows(evaluator: &mut Engine, settings: &ShadowSettings) -> Res
 }
 
 /// The fault of a picture without any object.
-pub(super) fn sees_nothing(scene: &Scene, view: &View) -> Error {
+pub fn sees_nothing(scene: &Scene, view: &View) -> Error {
     let camera = &view.camera.name;
     Error::input(&scene.path, format!("camera '{camera}' sees nothing of the scene"))
 }
 
-/// An evaluator on the named device.
-///
-/// # Errors
-/// What choosing and setting up the device reports.
-pub(super) fn evaluator(
-    scene: &Scene,
-    view: &View,
-    settings: &Settings,
-    device: &Device,
-) -> crate::Result<Engine> {
-    evaluator_on(&device::open(device, settings)?, (scene, view), settings, None)
-}
-
-/// An evaluator on an open device; natively with the `occluders` of another view through the same camera, where
-/// there is one.
-///
-/// # Errors
-/// What setting it up reports.
-pub(super) fn evaluator_on(
-    device: &Opened,
-    (scene, view): (&Scene, &View),
-    settings: &Settings,
-    occluders: Option<Arc<Occluders>>,
-) -> crate::Result<Engine> {
-    let (objective, shading) = (settings.objective, settings.shading);
-    Ok(match device {
-        Opened::Cpu => {
-            let shadows = (&settings.shadows, occluders);
-            let maps = cpu::draw(scene, view, &objective, shadows)?;
-            Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?))
-        }
-        Opened::Vulkan(stored) => {
-            let (context, shadows) = (&stored.context, &settings.shadows);
-            let both = (objective, shading);
-            let gpu = GpuEvaluator::with_shadows(context, scene, view, both, shadows)?;
-            Engine::Vulkan { gpu: Box::new(gpu), _stored: Arc::clone(stored) }
-        }
-    })
-}
-
-/// Says what computes.
-pub(super) fn announce(evaluator: &Engine) {
-    let device = evaluator.device();
-    let pipeline = match evaluator {
-        Engine::Cpu(_) => String::new(),
-        Engine::Vulkan { gpu, .. } => format!(", pipeline {}", gpu.pipeline()),
-    };
-    let (name, kind, driver) = (&device.name, device.kind, &device.driver);
-    tracing::info!("device: {name} ({kind}, {driver}){pipeline}");
-}
-
 /// Time since `start`.
-pub(super) fn milliseconds(start: Instant) -> f64 {
+pub fn milliseconds(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
+}
+
+/// Whether what the caller gave is at fault, rather than the machine.
+pub fn is_input(error: &anyhow::Error) -> bool {
+    let input = |cause: &(dyn std::error::Error + 'static)| {
+        cause.downcast_ref::<Error>().is_some_and(Error::is_input)
+    };
+    error.chain().any(input)
+}
+
+/// An error and its causes in one line; a cause that the text before it already tells is left out.
+pub fn describe(error: &anyhow::Error) -> String {
+    error.chain().skip(1).fold(error.to_string(), |text, cause| {
+        let cause = cause.to_string();
+        if text.contains(&cause) { text } else { format!("{text}: {cause}") }
+    })
 }

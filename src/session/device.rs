@@ -6,8 +6,8 @@
 use super::config::Settings;
 use super::describe;
 use super::pipelines::{self, Stored};
-use super::session::warn;
 use super::values::Device;
+use super::warn;
 use crate::evaluate::DeviceInfo;
 use crate::gpu::{self, Context, ContextOptions, DeviceChoice, DeviceReport, Tuning};
 use crate::{Error, Result};
@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 /// A device that is ready for an evaluator.
 #[derive(Clone)]
-pub(super) enum Opened {
+pub enum Opened {
     /// The native CPU evaluator.
     Cpu,
     /// A Vulkan device, whose pipelines are stored when its last user has gone.
@@ -24,7 +24,7 @@ pub(super) enum Opened {
 
 /// What a [`Device`] stands for on this machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Chosen {
+pub enum Chosen {
     /// The native CPU evaluator.
     Cpu,
     /// The Vulkan device of this number.
@@ -32,7 +32,7 @@ pub(super) enum Chosen {
 }
 
 /// All Vulkan devices, and why there are none where Vulkan itself is missing.
-pub(super) fn list() -> (Vec<DeviceReport>, Option<Error>) {
+pub fn list() -> (Vec<DeviceReport>, Option<Error>) {
     match gpu::devices() {
         Ok(reports) => (reports, None),
         Err(fault) => (Vec::new(), Some(fault)),
@@ -44,7 +44,7 @@ pub(super) fn list() -> (Vec<DeviceReport>, Option<Error>) {
 ///
 /// # Errors
 /// [`Error::Argument`] for a device that is not there, and what opening it reports.
-pub(super) fn open(device: &Device, settings: &Settings) -> Result<Opened> {
+pub fn open(device: &Device, settings: &Settings) -> Result<Opened> {
     match open_named(device, settings) {
         Err(fault) if *device == Device::Auto => {
             warn(&[format!("{fault}: the CPU takes its place")]);
@@ -86,7 +86,7 @@ fn open_named(device: &Device, settings: &Settings) -> Result<Opened> {
 ///
 /// # Errors
 /// Those of `work`.
-pub(super) fn or_cpu<T>(
+pub fn or_cpu<T>(
     settings: Settings,
     mut work: impl FnMut(Settings) -> anyhow::Result<T>,
 ) -> anyhow::Result<T> {
@@ -101,7 +101,7 @@ pub(super) fn or_cpu<T>(
 }
 
 /// Whether a device is at fault, or Vulkan itself.
-pub(super) fn is_device(fault: &anyhow::Error) -> bool {
+pub fn is_device(fault: &anyhow::Error) -> bool {
     let device = |fault: &Error| fault.is_device() || matches!(fault, Error::NoVulkan(_));
     fault.chain().any(|cause| cause.downcast_ref().is_some_and(device))
 }
@@ -111,7 +111,7 @@ pub(super) fn is_device(fault: &anyhow::Error) -> bool {
 ///
 /// # Errors
 /// [`Error::Argument`] for a device that is not there, [`Error::NoVulkan`] without any able one.
-pub(super) fn choose(device: &Device, reports: &[DeviceReport]) -> Result<Chosen> {
+pub fn choose(device: &Device, reports: &[DeviceReport]) -> Result<Chosen> {
     let able = || reports.iter().filter(|report| report.lacks.is_empty());
     let best = |kinds: &[&str]| {
         let rank = |report: &&DeviceReport| kinds.iter().position(|kind| *kind == report.info.kind);

@@ -18,7 +18,7 @@ const MAX_FILES: usize = 4;
 const PREFIX: &str = "pipelines-";
 
 /// A context whose pipelines are stored at the end, for the next run.
-pub(super) struct Stored {
+pub struct Stored {
     /// The context.
     pub context: Arc<Context>,
     folder: Option<PathBuf>,
@@ -48,7 +48,7 @@ impl Drop for Stored {
 }
 
 /// The user's cache folder for klieg, by the XDG base directory specification.
-pub(super) fn folder() -> Option<PathBuf> {
+pub fn folder() -> Option<PathBuf> {
     let absolute = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let caches = absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache")))?;
     Some(caches.join("klieg"))
@@ -59,7 +59,7 @@ fn file(folder: &Path, key: u64) -> PathBuf {
 }
 
 /// What an earlier run has stored for `key`; empty where there is nothing that can be read.
-pub(super) fn load(folder: &Path, key: u64) -> Vec<u8> {
+pub fn load(folder: &Path, key: u64) -> Vec<u8> {
     let read = || -> io::Result<Vec<u8>> {
         let path = file(folder, key);
         let found = fs::metadata(&path)?;

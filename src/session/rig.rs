@@ -49,7 +49,7 @@ struct Entry {
 /// # Errors
 /// [`Error::Input`] for a file that cannot be read, holds no lights, or one with a value out of its range, and
 /// [`Error::Argument`] for more lights than a rig can have.
-pub(super) fn read(path: &Path, view: &View) -> Result<Rig> {
+pub fn read(path: &Path, view: &View) -> Result<Rig> {
     let fault = |fault: &dyn std::fmt::Display| Error::input(input::name(path), fault);
     let text = input::text(path, MAX_BYTES)?;
     let file = serde_json::from_str(&text).map_err(|error: serde_json::Error| {
@@ -101,8 +101,9 @@ impl Entry {
     }
 }
 
+/// # Errors
 /// The first value out of its range.
-fn check(light: &Light) -> Result<(), String> {
+pub fn check(light: &Light) -> Result<(), String> {
     let Light { elevation, azimuth, distance, diffuse, specular, size, cone, .. } = *light;
     let finite = |value: f32| value.is_finite();
     let positive = |value: f32| value.is_finite() && value >= 0.0;

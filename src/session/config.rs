@@ -4,14 +4,15 @@
 use super::input;
 use super::optimizer::OptimizerName;
 use super::profile::ProfileName;
-use super::values::{Device, Lights, Size};
+use super::values::{Device, Lights};
+pub use super::view::{CameraKey, ViewSettings};
 use crate::design::CoarseSettings;
 use crate::design::profile::{self, Profile};
 use crate::error::within;
 use crate::gpu::PipelineKind;
-use crate::lighting::LightKind;
 use crate::lighting::genome::{Boxes, Genome};
 use crate::lighting::shading::Shading;
+use crate::lighting::{Color, LightKind, Role};
 use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::{self, GeneticSettings, GreedySettings, ShadeSettings, StartSettings};
@@ -126,49 +127,6 @@ pub enum First {
     ThreePoint,
 }
 
-/// Picture and camera. Angles in degrees; where any of the four of the framing is given, it takes the
-/// place of the file's cameras.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ViewSettings {
-    /// Picture size; 512x512, or the size that a lit scene names, where absent.
-    pub size: Option<Size>,
-    /// Name or index of one of the file's cameras.
-    pub camera: Option<CameraKey>,
-    /// Azimuth of the framing's camera, 0 on the +Z axis, positive to +X.
-    pub azimuth: Option<f64>,
-    /// Elevation of the framing's camera.
-    pub elevation: Option<f64>,
-    /// Vertical field of view of the framing.
-    pub fov: Option<f64>,
-    /// Share of the picture's height or width that the framing fills, 0..1.
-    pub fill: Option<f64>,
-}
-
-impl ViewSettings {
-    /// Whether the framing is asked for.
-    pub fn framed(&self) -> bool {
-        [self.azimuth, self.elevation, self.fov, self.fill].iter().any(Option::is_some)
-    }
-
-    /// Puts what `over` names in the place of these. A camera of the file and the framing displace
-    /// each other.
-    pub fn overlay(&mut self, over: &Self) {
-        if over.camera.is_some() {
-            (self.azimuth, self.elevation, self.fov, self.fill) = (None, None, None, None);
-        }
-        if over.framed() {
-            self.camera = None;
-        }
-        self.size = over.size.or(self.size);
-        self.camera = over.camera.clone().or(self.camera.take());
-        self.azimuth = over.azimuth.or(self.azimuth);
-        self.elevation = over.elevation.or(self.elevation);
-        self.fov = over.fov.or(self.fov);
-        self.fill = over.fill.or(self.fill);
-    }
-}
-
 /// The moment in which animated scenes are shown; the first animation's beginning, where there is one and
 /// nothing is given.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -180,26 +138,6 @@ pub struct PoseSettings {
     pub time: Option<f32>,
     /// Whether no animation moves anything.
     pub rest: bool,
-}
-
-/// How a file names a camera.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum CameraKey {
-    /// By its place in the file.
-    Index(usize),
-    /// By its name.
-    Name(String),
-}
-
-impl CameraKey {
-    /// The text that stands for it on the command line.
-    pub fn text(&self) -> String {
-        match self {
-            Self::Index(index) => index.to_string(),
-            Self::Name(name) => name.clone(),
-        }
-    }
 }
 
 /// The lights that are searched.
@@ -214,6 +152,28 @@ pub struct LightSettings {
     pub keep: bool,
     /// The values that lights of each role may have.
     pub boxes: Boxes,
+}
+
+impl LightSettings {
+    /// Gives every light one intensity, as lamps have, or a diffuse and a specular one; a specular range that is missing
+    /// is that of the diffuse intensity.
+    pub fn set_intensities(&mut self, one: bool) {
+        for space in self.boxes.all_mut() {
+            space.specular = if one { None } else { space.specular.or(Some(space.diffuse)) };
+        }
+    }
+
+    /// Gives lights of `role`, or of all roles, a colour.
+    ///
+    /// # Errors
+    /// As [`Boxes::of_mut`].
+    pub fn set_color(&mut self, role: Option<Role>, color: Color) -> Result<()> {
+        match role {
+            Some(role) => self.boxes.of_mut(role)?.color = color,
+            None => self.boxes.all_mut().into_iter().for_each(|space| space.color = color),
+        }
+        Ok(())
+    }
 }
 
 impl Default for Settings {
@@ -269,14 +229,28 @@ impl Settings {
         asked: Option<&'static Profile>,
         usual: &'static Profile,
     ) -> Result<Self> {
-        let text = input::text(path, MAX_BYTES)?;
-        let fault = |e: toml::de::Error| Error::input(input::name(path), e.to_string().trim_end());
-        Self::parse(&text, asked, usual).map_err(fault)
+        Self::read_over(path, toml::Table::new(), asked, usual)
     }
 
-    /// As [`Settings::read`], of a file's text.
+    /// As [`Settings::read`], with the tables `over` in the place of what the file says.
+    ///
+    /// # Errors
+    /// As [`Settings::read`], and as [`Settings::of_table`].
+    pub fn read_over(
+        path: &Path,
+        over: toml::Table,
+        asked: Option<&'static Profile>,
+        usual: &'static Profile,
+    ) -> Result<Self> {
+        let text = input::text(path, MAX_BYTES)?;
+        let fault = |e: toml::de::Error| Error::input(input::name(path), e.to_string().trim_end());
+        Self::parse(&text, over, asked, usual).map_err(fault)
+    }
+
+    /// As [`Settings::read_over`], of a file's text.
     fn parse(
         text: &str,
+        over: toml::Table,
         asked: Option<&'static Profile>,
         usual: &'static Profile,
     ) -> Result<Self, toml::de::Error> {
@@ -284,10 +258,22 @@ impl Settings {
         let Self { profile: ProfileName(own), .. } = toml::from_str(text)?;
         let mut file: toml::Table = toml::from_str(text)?;
         let named = file.contains_key("profile");
-        let profile = asked.unwrap_or(if named { own } else { usual });
-        file.insert("profile".into(), profile.name.into());
+        overlay(&mut file, over);
+        Self::of_table(file, asked.unwrap_or(if named { own } else { usual }))
+    }
+
+    /// The settings of the tables of a configuration file. What they do not name is as the profile has it, in the place
+    /// of any that they name themselves.
+    ///
+    /// # Errors
+    /// The first key that there is not, or value that it cannot have.
+    pub fn of_table(
+        mut tables: toml::Table,
+        profile: &'static Profile,
+    ) -> Result<Self, toml::de::Error> {
+        tables.insert("profile".into(), profile.name.into());
         let mut table = toml::Table::try_from(Self::of(profile)).map_err(de::Error::custom)?;
-        overlay(&mut table, file);
+        overlay(&mut table, tables);
         let mut settings: Self = table.try_into()?;
         settings.judge_background();
         Ok(settings)
@@ -364,20 +350,6 @@ fn overlay(table: &mut toml::Table, over: toml::Table) {
             }
             (_, value) => drop(table.insert(name, value)),
         }
-    }
-}
-
-impl ViewSettings {
-    fn check(&self) -> Result<()> {
-        if self.camera.is_some() && self.framed() {
-            let fault = "a camera of the file and the angles of a framing exclude each other";
-            return Err(Error::Argument(fault.into()));
-        }
-        let value = |x: Option<f64>, fallback: f64| x.unwrap_or(fallback) as f32;
-        within("azimuth", value(self.azimuth, 0.0), -360.0, 360.0)?;
-        within("elevation", value(self.elevation, 0.0), -90.0, 90.0)?;
-        within("fov", value(self.fov, 35.0), 1.0, 170.0)?;
-        within("fill", value(self.fill, 0.85), 0.01, 1.0)
     }
 }
 

@@ -1,0 +1,116 @@
+//! Evaluators on the devices that settings name.
+
+use super::config::Settings;
+use super::device::{self, Opened};
+use super::pipelines::Stored;
+use super::values::Device;
+use crate::cpu::{self, CpuEvaluator};
+use crate::evaluate::Evaluator;
+use crate::gpu::GpuEvaluator;
+use crate::scene::Scene;
+use crate::scene::occluders::Occluders;
+use crate::scene::view::View;
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
+
+/// An evaluator of either kind.
+pub enum Engine {
+    /// Native.
+    Cpu(Box<CpuEvaluator>),
+    /// On a Vulkan device.
+    Vulkan {
+        /// The evaluator.
+        gpu: Box<GpuEvaluator>,
+        /// What stores its pipelines at the end.
+        _stored: Arc<Stored>,
+    },
+}
+
+impl Engine {
+    /// The evaluator alone.
+    pub fn boxed(self) -> Box<dyn Evaluator> {
+        match self {
+            Self::Cpu(evaluator) => evaluator,
+            Self::Vulkan { gpu, .. } => gpu,
+        }
+    }
+
+    /// The GPU's time for each stage of the last population, milliseconds; none for the CPU.
+    pub fn stage_times(&self) -> &[(&'static str, f64)] {
+        match self {
+            Self::Cpu(_) => &[],
+            Self::Vulkan { gpu, .. } => gpu.timings(),
+        }
+    }
+}
+
+impl Deref for Engine {
+    type Target = dyn Evaluator;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Cpu(evaluator) => &**evaluator,
+            Self::Vulkan { gpu, .. } => &**gpu,
+        }
+    }
+}
+
+impl DerefMut for Engine {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        match self {
+            Self::Cpu(evaluator) => &mut **evaluator,
+            Self::Vulkan { gpu, .. } => &mut **gpu,
+        }
+    }
+}
+
+/// An evaluator on the named device.
+///
+/// # Errors
+/// What choosing and setting up the device reports.
+pub fn evaluator(
+    scene: &Scene,
+    view: &View,
+    settings: &Settings,
+    device: &Device,
+) -> crate::Result<Engine> {
+    evaluator_on(&device::open(device, settings)?, (scene, view), settings, None)
+}
+
+/// An evaluator on an open device; natively with the `occluders` of another view through the same camera, where
+/// there is one.
+///
+/// # Errors
+/// What setting it up reports.
+pub fn evaluator_on(
+    device: &Opened,
+    (scene, view): (&Scene, &View),
+    settings: &Settings,
+    occluders: Option<Arc<Occluders>>,
+) -> crate::Result<Engine> {
+    let (objective, shading) = (settings.objective, settings.shading);
+    Ok(match device {
+        Opened::Cpu => {
+            let shadows = (&settings.shadows, occluders);
+            let maps = cpu::draw(scene, view, &objective, shadows)?;
+            Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?))
+        }
+        Opened::Vulkan(stored) => {
+            let (context, shadows) = (&stored.context, &settings.shadows);
+            let both = (objective, shading);
+            let gpu = GpuEvaluator::with_shadows(context, scene, view, both, shadows)?;
+            Engine::Vulkan { gpu: Box::new(gpu), _stored: Arc::clone(stored) }
+        }
+    })
+}
+
+/// Says what computes.
+pub fn announce(evaluator: &Engine) {
+    let device = evaluator.device();
+    let pipeline = match evaluator {
+        Engine::Cpu(_) => String::new(),
+        Engine::Vulkan { gpu, .. } => format!(", pipeline {}", gpu.pipeline()),
+    };
+    let (name, kind, driver) = (&device.name, device.kind, &device.driver);
+    tracing::info!("device: {name} ({kind}, {driver}){pipeline}");
+}

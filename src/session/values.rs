@@ -1,0 +1,208 @@
+//! Values that the command line and configuration files write the same way.
+
+use crate::lighting::{MAX_LIGHTS, Role, check_number};
+use crate::scene::view::MAX_SIDE;
+use serde::{Deserialize, Serialize};
+use std::fmt::{self, Display};
+use std::str::FromStr;
+
+/// Picture size, `WxH` pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Size(pub [u32; 2]);
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let fault = || format!("'{text}' is not a size WxH of 1 to {MAX_SIDE} pixels a side");
+        let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(fault)?;
+        let side = |text: &str| {
+            text.trim().parse().ok().filter(|side| (1..=MAX_SIDE).contains(side)).ok_or_else(fault)
+        };
+        Ok(Self([side(width)?, side(height)?]))
+    }
+}
+
+impl Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.0[0], self.0[1])
+    }
+}
+
+/// What computes.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Device {
+    /// A discrete GPU, else an integrated one, else the native CPU evaluator.
+    #[default]
+    Auto,
+    /// The best Vulkan device, software ones last.
+    Vulkan,
+    /// The native CPU evaluator.
+    Cpu,
+    /// By its number in `klieg devices`.
+    Index(usize),
+    /// By a part of its name, in any case.
+    Name(String),
+}
+
+impl FromStr for Device {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(match text {
+            "" => return Err("a device needs a name".into()),
+            "auto" => Self::Auto,
+            "vulkan" => Self::Vulkan,
+            "cpu" => Self::Cpu,
+            _ => text.parse().map_or_else(|_| Self::Name(text.into()), Self::Index),
+        })
+    }
+}
+
+impl Display for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Vulkan => f.write_str("vulkan"),
+            Self::Cpu => f.write_str("cpu"),
+            Self::Index(index) => write!(f, "{index}"),
+            Self::Name(name) => f.write_str(name),
+        }
+    }
+}
+
+macro_rules! text_form {
+    ($($name:ident),*) => {$(
+        impl TryFrom<String> for $name {
+            type Error = String;
+
+            fn try_from(text: String) -> Result<Self, String> {
+                text.parse()
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(value: $name) -> Self {
+                value.to_string()
+            }
+        }
+    )*};
+}
+text_form!(Size, Device);
+
+/// The lights of a rig: a number of them, or their roles.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "LightsForm", into = "Vec<Role>")]
+pub struct Lights(pub Vec<Role>);
+
+/// How a configuration file writes [`Lights`].
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "lights are a number of them, or a list of roles: key, fill, rim")]
+enum LightsForm {
+    Number(usize),
+    Roles(Vec<Role>),
+}
+
+impl Lights {
+    /// Key, fill, rim, then fill and rim in turn.
+    pub fn number(n: usize) -> Result<Self, String> {
+        let role = |i| match i {
+            0 => Role::Key,
+            i if i % 2 == 1 => Role::Fill,
+            _ => Role::Rim,
+        };
+        Self::of((0..n.min(MAX_LIGHTS + 1)).map(role).collect(), n)
+    }
+
+    fn of(roles: Vec<Role>, n: usize) -> Result<Self, String> {
+        check_number(n).map_err(|fault| fault.to_string())?;
+        Ok(Self(roles))
+    }
+}
+
+impl Default for Lights {
+    /// A key and a fill.
+    fn default() -> Self {
+        Self(vec![Role::Key, Role::Fill])
+    }
+}
+
+impl TryFrom<LightsForm> for Lights {
+    type Error = String;
+
+    fn try_from(form: LightsForm) -> Result<Self, String> {
+        match form {
+            LightsForm::Number(n) => Self::number(n),
+            LightsForm::Roles(roles) => {
+                let n = roles.len();
+                Self::of(roles, n)
+            }
+        }
+    }
+}
+
+impl From<Lights> for Vec<Role> {
+    fn from(lights: Lights) -> Self {
+        lights.0
+    }
+}
+
+impl FromStr for Lights {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Ok(n) = text.trim().parse() {
+            return Self::number(n);
+        }
+        let roles = text.split(',').map(role).collect::<Result<Vec<_>, _>>()?;
+        let n = roles.len();
+        Self::of(roles, n)
+    }
+}
+
+/// A role that is searched, by its name.
+///
+/// # Errors
+/// The names that there are.
+pub fn role(name: &str) -> Result<Role, String> {
+    let searched = Role::ALL.into_iter().filter(|role| *role != Role::Scene);
+    searched.clone().find(|role| role.name() == name.trim()).ok_or_else(|| {
+        let names: Vec<_> = searched.map(Role::name).collect();
+        format!("'{name}' is none of {}", names.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused<T: FromStr>(texts: &[&str]) {
+        texts.iter().for_each(|text| assert!(text.parse::<T>().is_err(), "{text}"));
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!("640x360".parse(), Ok(Size([640, 360])));
+        refused::<Size>(&["", "0x1", "1x16385", "-1x5", "512", "1x2x3", "axb"]);
+    }
+
+    #[test]
+    fn devices() {
+        let parse = |text: &str| text.parse::<Device>().unwrap();
+        assert_eq!(parse("auto"), Device::Auto);
+        assert_eq!(parse("2"), Device::Index(2));
+        assert_eq!(parse("llvmpipe"), Device::Name("llvmpipe".into()));
+        refused::<Device>(&[""]);
+    }
+
+    #[test]
+    fn lights_by_number_and_by_role() {
+        use Role::{Fill, Key, Rim};
+        assert_eq!("5".parse(), Ok(Lights(vec![Key, Fill, Rim, Fill, Rim])));
+        assert_eq!("key, rim".parse(), Ok(Lights(vec![Key, Rim])));
+        assert_eq!(Lights::number(2), Ok(Lights::default()));
+        refused::<Lights>(&["0", "17", "99999999999", "", "key,", "back", &["rim"; 17].join(",")]);
+    }
+}
