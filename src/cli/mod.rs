@@ -12,6 +12,7 @@ mod devices;
 mod file_stamp;
 mod input;
 mod inspect;
+pub mod intent;
 mod lights;
 mod messages;
 pub mod optimizer;
