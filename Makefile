@@ -35,7 +35,7 @@ JUDGE_PYTHON ?= python3.11
 JUDGE_ENV = $(or $(CARGO_TARGET_DIR),target)/judge
 
 .PHONY: help setup design spirv test check program library install install-program install-library judge \
-	gpu-kit fuzz soak bits deny msrv package
+	intent gpu-kit fuzz soak bits deny msrv package
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
@@ -43,6 +43,7 @@ help:
 	@echo 'make check  look for badly formatted code and for lints'
 	@echo 'make spirv  compile the shaders for builds without a shader compiler: after each change of a shader'
 	@echo 'make judge [JUDGE_SCENES=FOLDER] [JUDGE_OUT=FOLDER]   judge designs in Blender, beside the usual rigs'
+	@echo 'make intent  make the pictures of docs/INTENT.md anew'
 	@echo 'make gpu-kit  build a folder that tests and times klieg on another machine with a GPU'
 	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the program,'
 	@echo '            its manual page, its completions and the C library'
@@ -122,6 +123,11 @@ judge: $(if $(JUDGE_KLIEG),,setup) $(JUDGE_ENV)/installed
 	$(if $(JUDGE_KLIEG),,cargo build --release)
 	"$(JUDGE_ENV)/bin/python" tools/judge/judge.py "$(JUDGE_SCENES)" --out "$(JUDGE_OUT)" \
 		--klieg "$(or $(JUDGE_KLIEG),$(or $(CARGO_TARGET_DIR),target)/release/klieg)" $(JUDGE_ARGS)
+
+# The rows of pictures in docs/INTENT.md; needs Python with Pillow.
+intent: setup
+	cargo build --release
+	python3 tools/intent/rows.py "$(or $(CARGO_TARGET_DIR),target)/release/klieg"
 
 gpu-kit: setup
 	@.ci/setup test

@@ -232,8 +232,12 @@ pub(super) unsafe fn as_profile(name: *const c_char) -> Outcome<&'static Profile
 }
 
 fn c_objective(profile: &Profile) -> klieg_objective {
-    let objective = (profile.objective)();
-    let Objective { mean_stops, spread_target, edge_contrast, edge_sobel, edge_laplace, .. } = objective;
+    objective_in_c(&(profile.objective)())
+}
+
+pub(super) fn objective_in_c(objective: &Objective) -> klieg_objective {
+    let &Objective { mean_stops, spread_target, edge_contrast, edge_sobel, edge_laplace, .. } =
+        objective;
     let (weight_count, weights) = c_terms(&objective.weights);
     let mean_target = match objective.mean_target {
         MeanTarget::Value(value) => value,
@@ -273,7 +277,19 @@ pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Outcome<
     let Some(given) = (unsafe { objective.as_ref() }) else {
         return Ok((profile::DEFAULT.objective)());
     };
-    let objective = Objective {
+    // SAFETY: the caller's promise.
+    let objective = unsafe { read_objective(given) }?;
+    objective.check()?;
+    objective.check_without_target()?;
+    Ok(objective)
+}
+
+/// What is given, unchecked.
+///
+/// # Safety
+/// The names of the weights are valid.
+pub(super) unsafe fn read_objective(given: &klieg_objective) -> Outcome<Objective> {
+    Ok(Objective {
         // SAFETY: the caller's promise.
         weights: unsafe { weights(given) }?,
         mean_target: match given.mean_target {
@@ -286,10 +302,7 @@ pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Outcome<
         edge_sobel: given.edge_sobel,
         edge_laplace: given.edge_laplace,
         background: Some(given.background).filter(|&b| b != KLIEG_NO_BACKGROUND),
-    };
-    objective.check()?;
-    objective.check_without_target()?;
-    Ok(objective)
+    })
 }
 
 /// As [`as_objective`], without the terms that pictures do not tell where their weights are the defaults'.

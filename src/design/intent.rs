@@ -17,6 +17,8 @@ const STEP_STOPS: f32 = 0.6;
 const STEP_SPREAD: f32 = 0.06;
 /// Factor of the fill's share of the key of a step of contrast.
 const STEP_FILL: f32 = 0.6;
+/// Factor of the weight of unlit pixels of a step of more contrast: deep shadows are then wanted.
+const STEP_UNLIT: f32 = 0.4;
 /// Weight of the mean brightness where one is asked for, at least: no other term is to outvote it.
 const MEAN_WEIGHT: f32 = 0.8;
 /// Weight of the spread of brightness where one is asked for.
@@ -140,6 +142,7 @@ impl Intent {
             let factor = STEP_FILL.powf(self.contrast);
             let Range { low, high } = boxes.fill.diffuse;
             fill_shares(&mut boxes.fill, Range::new(factor * low, factor * high));
+            weigh(objective, "unlit", STEP_UNLIT.powf(self.contrast.max(0.0)))?;
         }
         Ok(())
     }
@@ -230,7 +233,8 @@ mod tests {
                     let intent = Intent { brightness: step, contrast: step, mood, below: false };
                     intent.steer(&mut objective, &mut boxes).unwrap();
                     objective.check().unwrap();
-                    crate::lighting::genome::Genome::new(profile.roles, profile.kind, &boxes).unwrap();
+                    crate::lighting::genome::Genome::new(profile.roles, profile.kind, &boxes)
+                        .unwrap();
                 }
             }
         }

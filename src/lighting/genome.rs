@@ -9,9 +9,9 @@ use super::{Light, LightKind, MAX_LIGHTS, Rig, Role, check_number};
 use crate::math::frame::Frame;
 use crate::math::range::Range;
 use crate::{Error, Result};
-use glam::Vec3;
 pub use boxes::{Boxes, RoleBox};
 use boxes::{check, no_range};
+use glam::Vec3;
 
 /// The codec between rigs and chromosomes. A light's alleles are those of its kind
 /// ([`Kind::alleles`](super::kinds::Kind::alleles)) that its role's box gives a range.

@@ -1,8 +1,8 @@
 //! Results for other programs. `docs/RESULT.md` is the reference of the schemas.
 
 use super::text::visible_json;
-use crate::design::{Intent, Outcome};
 use crate::design::profile::Profile;
+use crate::design::{Intent, Outcome};
 use crate::evaluate::{DeviceInfo, Inspection};
 use crate::lighting::{Color, Cone, Light, LightKind, Role};
 use crate::objective::{MeanTarget, Objective, Quality, Terms};
@@ -142,7 +142,15 @@ impl From<&Objective> for ObjectiveRecord {
             edge_laplace,
             background,
         } = objective;
-        let targets = Targets { mean, mean_stops, spread, edge_contrast, edge_sobel, edge_laplace, background };
+        let targets = Targets {
+            mean,
+            mean_stops,
+            spread,
+            edge_contrast,
+            edge_sobel,
+            edge_laplace,
+            background,
+        };
         Self { weights, targets }
     }
 }
