@@ -41,7 +41,7 @@ PYTHON_ENV = $(BUILDS)/python
 WHEELS = $(BUILDS)/wheels
 
 .PHONY: help setup design spirv test test-rust test-python check check-python program library install install-program \
-	install-library judge gpu-kit fuzz soak bits deny msrv package wheel \
+	install-library judge intent gpu-kit fuzz soak bits deny msrv package wheel \
 	python-module test-blender blender-addon
 
 help:
@@ -50,6 +50,7 @@ help:
 	@echo 'make check  look for badly formatted code and for lints'
 	@echo 'make spirv  compile the shaders for builds without a shader compiler: after each change of a shader'
 	@echo 'make judge [JUDGE_SCENES=FOLDER] [JUDGE_OUT=FOLDER]   judge designs in Blender, beside the usual rigs'
+	@echo 'make intent  make the pictures of docs/INTENT.md anew'
 	@echo 'make gpu-kit  build a folder that tests and times klieg on another machine with a GPU'
 	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the program,'
 	@echo '            its manual page, its completions and the C library'
@@ -182,6 +183,11 @@ judge: $(if $(JUDGE_KLIEG),,setup) $(JUDGE_ENV)/installed
 	$(if $(JUDGE_KLIEG),,cargo build --release)
 	"$(JUDGE_ENV)/bin/python" tools/judge/judge.py "$(JUDGE_SCENES)" --out "$(JUDGE_OUT)" \
 		--klieg "$(or $(JUDGE_KLIEG),$(or $(CARGO_TARGET_DIR),target)/release/klieg)" $(JUDGE_ARGS)
+
+# The rows of pictures in docs/INTENT.md; needs Python with Pillow.
+intent: setup
+	cargo build --release
+	python3 tools/intent/rows.py "$(or $(CARGO_TARGET_DIR),target)/release/klieg"
 
 gpu-kit: setup
 	@.ci/setup test

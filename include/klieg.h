@@ -874,6 +874,10 @@ typedef struct klieg_objective {
     uint32_t weight_count;
     // Mean brightness aimed at, sRGB-encoded, 0..1, or `KLIEG_MEAN_TARGET_SCENE`, the default.
     float mean_target;
+    // Photographic stops by which that is moved, -4..4, one doubling its light; by default 0.
+    float mean_stops;
+    // Standard deviation of the brightness that the term "spread" aims at, sRGB-encoded, 0..0.5; by default 0.2.
+    float spread_target;
     // Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel, above 0;
     // by default 0.06.
     float edge_contrast;
@@ -1416,6 +1420,9 @@ typedef struct klieg_design {
     // Populations one after another, each from random rigs where the one before it has settled; 0, the default,
     // for no end.
     uint64_t shade_starts;
+    // Unit vector upwards in the light frame (`klieg_frame`), so that no light stands below the horizon of the scene's
+    // centre; all 0, the default, where lights may stand below.
+    float up[3];
     // The first rig, `lights` of them, each value moved to the nearest one that its role may have:
     // `klieg_evaluator_suggest`, a rig of the engine's, or `NULL` for the middle of every range.
     const klieg_light *first;
@@ -1437,6 +1444,29 @@ typedef struct klieg_progress {
     // Highest of these scores.
     float worst;
 } klieg_progress;
+
+// The character of a light: one of `KLIEG_MOOD_...`.
+typedef int32_t klieg_mood;
+
+// What light is wanted. `klieg_intent_defaults` wants nothing. That no light stands below the horizon is said by
+// `klieg_design::up`.
+typedef struct klieg_intent {
+    // Steps of brightness, -2..2; by default 0.
+    float brightness;
+    // Steps of contrast, -2..2; by default 0.
+    float contrast;
+    // The character; by default natural.
+    klieg_mood mood;
+} klieg_intent;
+
+// Large lights, a strong fill, little contrast.
+#define KLIEG_MOOD_SOFT 0
+
+// As the profile has it.
+#define KLIEG_MOOD_NATURAL 1
+
+// A small key from anywhere in front, hardly any fill, shadows that may be black.
+#define KLIEG_MOOD_DRAMATIC 2
 
 // Sets the defaults: a search without an end for point lights of the profile "natural", by SHADE. Any thread.
 klieg_status klieg_design_defaults(struct klieg_design *design);
@@ -1518,6 +1548,17 @@ klieg_status klieg_designer_follow(struct klieg_designer *designer,
 // Goes on with what the search holds as it stands, all of it scored anew: the scene, or what the evaluator
 // measures, has changed.
 klieg_status klieg_designer_renew(struct klieg_designer *designer);
+
+// Sets the defaults. Any thread.
+klieg_status klieg_intent_defaults(struct klieg_intent *intent);
+
+// Changes the targets and weights of `objective` and the boxes of `design`, from which an evaluator and a designer are
+// then made, into those of such light. Where nothing is wanted they stay as they are. Any thread.
+//
+// `KLIEG_ERROR_ARGUMENT` for a step out of its range and for settings that are wrong already.
+klieg_status klieg_intent_steer(const struct klieg_intent *intent,
+                                klieg_objective *objective,
+                                struct klieg_design *design);
 
 /* Lit scenes: the file that a scene was loaded from, with the lights that were found */
 

@@ -26,6 +26,10 @@ constants! {
     SCENE_MEAN_LEAST: f32 = 0.25;
     /// The same: its most, sRGB-encoded.
     SCENE_MEAN_MOST: f32 = 0.72;
+    /// Least mean brightness that is aimed at where stops move it, sRGB-encoded.
+    MEAN_LEAST: f32 = 0.1;
+    /// The same: the most.
+    MEAN_MOST: f32 = 0.9;
     /// `mean_target` of a scene that sets the target itself.
     MEAN_OF_SCENE: f32 = -1.0;
 
@@ -33,6 +37,8 @@ constants! {
     GRAD_FLAT: f32 = 1e-6;
     /// `F_range`: standard deviation of the brightness that is enough.
     RANGE_ENOUGH: f32 = 0.2;
+    /// `F_spread`: largest standard deviation of values in 0..1.
+    SPREAD_MOST: f32 = 0.5;
     /// `F_burnt`: share of the object that may burn out.
     BURNT_TOLERATED: f32 = 0.005;
     /// `F_burnt`: share beyond it that makes the term 1.

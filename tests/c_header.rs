@@ -15,7 +15,7 @@ const PARTS: [&[&str]; 11] = [
     &["evaluator", "settings", "shadows"],
     &["surface"],
     &["pictures"],
-    &["design", "designer"],
+    &["design", "designer", "intent"],
     &["lit"],
 ];
 

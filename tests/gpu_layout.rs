@@ -40,7 +40,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
             host!(Parameters {
                 size,
                 orthographic,
-                padding,
+                mean_stops,
                 eye,
                 ambient,
                 dielectric,
@@ -50,7 +50,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 edge_contrast,
                 mean_target,
                 background,
-                padding_middle,
+                spread_target,
                 weights,
             }),
         ),

@@ -23,7 +23,15 @@ fn all_terms() -> Objective {
     let weight = 1.0 / TERMS.len() as f32;
     let weights = Terms::named(TERMS.iter().map(|term| (term.name, weight))).expect("their names");
     let (mean_target, background) = (MeanTarget::Scene, Some(0.4));
-    Objective { weights, mean_target, background, ..Objective::default() }
+    let (mean_stops, spread_target) = (-0.5, 0.3);
+    Objective {
+        weights,
+        mean_target,
+        mean_stops,
+        spread_target,
+        background,
+        ..Objective::default()
+    }
 }
 
 /// The ball, with a target picture that tells a part of it.

@@ -98,6 +98,10 @@ fn by_hand() -> Vec<(&'static str, Statistics, ViewStatistics, f32)> {
         ("outline", picture(|_| ()), view(), 0.0),
         ("outline", picture(|p| p.outline = 0.35), view(), 0.35),
         ("outline", picture(|p| p.outline = 1.0), view(), 1.0),
+        // 0.2 is aimed at, of which 0.3 is the largest distance.
+        ("spread", picture(|p| p.variance = 0.04), view(), 0.0),
+        ("spread", picture(|p| p.variance = 0.0025), view(), 0.5),
+        ("spread", picture(|p| p.variance = 0.25), view(), 1.0),
     ]
 }
 
@@ -139,6 +143,14 @@ fn the_target_of_the_mean_is_the_objectives() {
     };
     // Of 0.75, the largest distance there can be.
     close(judged(MeanTarget::Value(0.25)), 0.5, 1e-6);
+    // A stop above 0.5, 0.214 linear, is 0.428, encoded as 0.6858; two more end at 0.9, and four below at 0.1.
+    let moved = |mean_stops: f32, mean: f32| {
+        let objective = Objective { mean_stops, ..Objective::default() };
+        f64::from(formula(&picture(|p| p.mean = mean), &view(), &objective))
+    };
+    for (stops, mean) in [(1.0, 0.6858), (3.0, 0.9), (-4.0, 0.1)] {
+        close(moved(stops, mean), 0.0, 2e-4);
+    }
     // Half of the view's base luminance 0.5 is encoded as 0.5371.
     close(judged(MeanTarget::Scene), (0.625 - 0.5371) / 0.5371, 1e-3);
 }

@@ -12,7 +12,7 @@
 layout(set = 0, binding = 0, std140) uniform Parameters {
     uvec2 size; // width and height, pixels
     uint orthographic; // whether all view rays are parallel
-    uint padding;
+    float mean_stops; // of mean_target, 0 for none
     vec3 eye; // the viewer in the light frame, scene radii
     float ambient;
     float dielectric;
@@ -22,7 +22,7 @@ layout(set = 0, binding = 0, std140) uniform Parameters {
     float edge_contrast;
     float mean_target;
     float background; // luminance behind the objects, sRGB-encoded
-    float padding_middle;
+    float spread_target;
     vec4 weights[4]; // of the terms, in the order of term() in terms.glsl
 } parameters;
 

@@ -15,6 +15,7 @@
 #include "terms/direction.glsl"
 #include "terms/target.glsl"
 #include "terms/outline.glsl"
+#include "terms/spread.glsl"
 
 // F: the weighted sum of the terms. A term of weight 0 is not computed.
 float weighted_terms(Detail picture, float disorder) {
@@ -36,6 +37,7 @@ float weighted_terms(Detail picture, float disorder) {
     TERM(10, term_direction(picture))
     TERM(11, term_target(picture))
     TERM(12, term_outline(picture))
+    TERM(13, term_spread(picture))
 #undef TERM
     return sum;
 }

@@ -10,6 +10,7 @@ use crate::optimize::shade;
 use crate::optimize::{
     Entry, GeneticSettings, GreedySettings, Settings, ShadeSettings, StartSettings,
 };
+use glam::Vec3;
 use std::ffi::{CStr, c_char};
 
 /// The values that lights of a role may have, each the lowest and the highest.
@@ -113,6 +114,9 @@ pub struct klieg_design {
     /// Populations one after another, each from random rigs where the one before it has settled; 0, the default,
     /// for no end.
     pub shade_starts: u64,
+    /// Unit vector upwards in the light frame (`klieg_frame`), so that no light stands below the horizon of the scene's
+    /// centre; all 0, the default, where lights may stand below.
+    pub up: [f32; 3],
     /// The first rig, `lights` of them, each value moved to the nearest one that its role may have:
     /// `klieg_evaluator_suggest`, a rig of the engine's, or `NULL` for the middle of every range.
     pub first: *const klieg_light,
@@ -172,6 +176,7 @@ fn c_design(profile: &Profile) -> klieg_design {
         shade_best: shade.best,
         shade_settled: shade.settled,
         shade_starts: 0,
+        up: [0.0; 3],
         first: std::ptr::null(),
         seed: 0,
     }
@@ -186,7 +191,7 @@ fn name_in_c(optimizer: &Entry) -> *const c_char {
     name.map_or(std::ptr::null(), CStr::as_ptr)
 }
 
-fn box_in_c(space: &RoleBox) -> klieg_role_box {
+pub(super) fn box_in_c(space: &RoleBox) -> klieg_role_box {
     klieg_role_box {
         elevation: space.elevation.into(),
         azimuth: space.azimuth.into(),
@@ -201,7 +206,7 @@ fn box_in_c(space: &RoleBox) -> klieg_role_box {
     }
 }
 
-fn as_box(space: &klieg_role_box, intensities: u32) -> Outcome<RoleBox> {
+pub(super) fn as_box(space: &klieg_role_box, intensities: u32) -> Outcome<RoleBox> {
     let specular = match intensities {
         1 => None,
         2 => Some(space.specular.into()),
@@ -240,7 +245,11 @@ pub(super) unsafe fn as_genome(design: &klieg_design) -> Outcome<Genome> {
     let space = |space| as_box(space, design.intensities);
     let boxes =
         Boxes { key: space(&design.key)?, fill: space(&design.fill)?, rim: space(&design.rim)? };
-    Ok(Genome::new(&roles, as_kind(design.kind)?, &boxes)?)
+    let genome = Genome::new(&roles, as_kind(design.kind)?, &boxes)?;
+    match Vec3::from(design.up) {
+        Vec3::ZERO => Ok(genome),
+        up => Ok(genome.above_horizon(up)?),
+    }
 }
 
 /// The name of the optimiser.

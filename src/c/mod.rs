@@ -13,6 +13,7 @@ pub mod device;
 mod edge;
 pub mod error;
 pub mod evaluator;
+pub mod intent;
 pub mod light;
 pub mod lit;
 pub mod pictures;

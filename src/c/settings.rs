@@ -109,6 +109,10 @@ pub struct klieg_objective {
     pub weight_count: u32,
     /// Mean brightness aimed at, sRGB-encoded, 0..1, or `KLIEG_MEAN_TARGET_SCENE`, the default.
     pub mean_target: f32,
+    /// Photographic stops by which that is moved, -4..4, one doubling its light; by default 0.
+    pub mean_stops: f32,
+    /// Standard deviation of the brightness that the term "spread" aims at, sRGB-encoded, 0..0.5; by default 0.2.
+    pub spread_target: f32,
     /// Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel, above 0;
     /// by default 0.06.
     pub edge_contrast: f32,
@@ -228,18 +232,24 @@ pub(super) unsafe fn as_profile(name: *const c_char) -> Outcome<&'static Profile
 }
 
 fn c_objective(profile: &Profile) -> klieg_objective {
-    let Objective { weights, mean_target, edge_contrast, edge_sobel, edge_laplace, background } =
-        (profile.objective)();
-    let (weight_count, weights) = c_terms(&weights);
-    let mean_target = match mean_target {
+    objective_in_c(&(profile.objective)())
+}
+
+pub(super) fn objective_in_c(objective: &Objective) -> klieg_objective {
+    let &Objective { mean_stops, spread_target, edge_contrast, edge_sobel, edge_laplace, .. } =
+        objective;
+    let (weight_count, weights) = c_terms(&objective.weights);
+    let mean_target = match objective.mean_target {
         MeanTarget::Value(value) => value,
         MeanTarget::Scene => KLIEG_MEAN_TARGET_SCENE,
     };
-    let background = background.unwrap_or(KLIEG_NO_BACKGROUND);
+    let background = objective.background.unwrap_or(KLIEG_NO_BACKGROUND);
     klieg_objective {
         weights,
         weight_count,
         mean_target,
+        mean_stops,
+        spread_target,
         edge_contrast,
         edge_sobel,
         edge_laplace,
@@ -267,21 +277,32 @@ pub(super) unsafe fn as_objective(objective: *const klieg_objective) -> Outcome<
     let Some(given) = (unsafe { objective.as_ref() }) else {
         return Ok((profile::DEFAULT.objective)());
     };
-    let objective = Objective {
+    // SAFETY: the caller's promise.
+    let objective = unsafe { read_objective(given) }?;
+    objective.check()?;
+    objective.check_without_target()?;
+    Ok(objective)
+}
+
+/// What is given, unchecked.
+///
+/// # Safety
+/// The names of the weights are valid.
+pub(super) unsafe fn read_objective(given: &klieg_objective) -> Outcome<Objective> {
+    Ok(Objective {
         // SAFETY: the caller's promise.
         weights: unsafe { weights(given) }?,
         mean_target: match given.mean_target {
             KLIEG_MEAN_TARGET_SCENE => MeanTarget::Scene,
             value => MeanTarget::Value(value),
         },
+        mean_stops: given.mean_stops,
+        spread_target: given.spread_target,
         edge_contrast: given.edge_contrast,
         edge_sobel: given.edge_sobel,
         edge_laplace: given.edge_laplace,
         background: Some(given.background).filter(|&b| b != KLIEG_NO_BACKGROUND),
-    };
-    objective.check()?;
-    objective.check_without_target()?;
-    Ok(objective)
+    })
 }
 
 /// As [`as_objective`], without the terms that pictures do not tell where their weights are the defaults'.

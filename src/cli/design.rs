@@ -53,6 +53,7 @@ impl Options {
 
     /// Makes the design and all its files.
     fn make(&self, settings: Settings) -> Result<(Design, Vec<PathBuf>)> {
+        let settings = settings.steered()?;
         let genome = settings.genome()?;
         let mut session = Session::open(self.scene.path()?, settings)?;
         let inputs = session.inputs(self.scene.config());

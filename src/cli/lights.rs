@@ -14,7 +14,7 @@ use std::str::FromStr;
 pub(super) struct LightOptions {
     /// Colour of the lights: a temperature such as 5600K, or an sRGB colour such as '#ffddaa'; with a
     /// role, as in key=3200K, that of its lights alone. Several times for several roles [default: white]
-    #[arg(long = "color", value_name = "[ROLE=]COLOR")]
+    #[arg(long = "color", visible_alias = "warm", value_name = "[ROLE=]COLOR")]
     colors: Vec<ColorArg>,
     /// Keep the scene's own lights: they count in every score and stay in lit.glb [default: they count
     /// for nothing and are taken out]

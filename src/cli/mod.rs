@@ -8,6 +8,7 @@ mod design;
 mod devices;
 mod file_stamp;
 mod inspect;
+pub mod intent;
 mod lights;
 mod messages;
 mod options;

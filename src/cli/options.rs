@@ -2,6 +2,7 @@
 
 use super::config::{CameraKey, First, Pipeline, PoseSettings, Settings, ViewSettings};
 use super::input::SceneFile;
+use super::intent::IntentOptions;
 use super::lights::{Intensities, LightOptions, kinds};
 use super::optimizer::OptimizerName;
 use super::profile::ProfileOptions;
@@ -209,6 +210,8 @@ pub(super) struct SearchOptions {
     /// Seed of every random choice [default: 0]
     #[arg(long)]
     seed: Option<u64>,
+    #[command(flatten)]
+    intent: IntentOptions,
 }
 
 impl SceneOptions {
@@ -302,6 +305,7 @@ impl SearchOptions {
             settings.lights.set_intensities(intensities == Intensities::One);
         }
         self.look.apply(settings)?;
+        self.intent.apply(settings);
         let search = &mut settings.search;
         search.population = self.population.unwrap_or(search.population);
         search.generations = self.generations.unwrap_or(search.generations);

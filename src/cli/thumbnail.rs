@@ -50,6 +50,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     options.picture.apply(&mut settings);
     shorten(&mut settings, options.size);
     settings.check()?;
+    let settings = settings.steered()?;
     let genome = settings.genome()?;
     let loaded = Loaded::read(options.scene.path()?, &settings.loading())?;
     let inputs = session::inputs(&loaded.scene, options.look.config());

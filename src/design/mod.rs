@@ -6,6 +6,7 @@
 mod batch;
 pub mod coarse;
 mod designer;
+pub mod intent;
 mod journal;
 pub mod profile;
 pub mod race;
@@ -23,6 +24,7 @@ use std::ops::ControlFlow;
 pub(crate) use batch::Batch;
 pub use coarse::CoarseSettings;
 pub use designer::Designer;
+pub use intent::{Intent, Mood};
 pub use journal::{Journal, Remembered};
 pub use race::{Course, race};
 

@@ -3,7 +3,7 @@
 
 use crate::lighting::clusters::{Cluster, Clustering, cluster};
 use crate::lighting::genome::Genome;
-use crate::lighting::{Light, Role, angles};
+use crate::lighting::{Light, Rig, Role, angles};
 use crate::math::range::Range;
 use crate::objective::maps::{Maps, PixelType};
 use crate::scene::Scene;
@@ -86,12 +86,21 @@ fn surface_normals(maps: &Maps) -> Vec<Vec3> {
     object.step_by(step).map(|(_, &normal)| normal.into()).collect()
 }
 
-/// The individual of a given rig, each value moved to the nearest one of its box. Lights are taken by
-/// role; a role that the rig has too few of takes what is left, in order.
+/// The individual of a given rig, each value moved to the nearest one of its box. Lights are taken as [`matched`] has
+/// them.
 ///
 /// # Errors
 /// [`Error::Argument`] when the rig has another number of lights.
 pub fn from_rig(genome: &Genome, rig: &[Light]) -> Result<Vec<f32>> {
+    Ok(genome.encode(&matched(genome, rig)?))
+}
+
+/// The lights of a given rig in the order of the genome's: by role; a role that the rig has too few of takes what is
+/// left, in order.
+///
+/// # Errors
+/// [`Error::Argument`] when the rig has another number of lights.
+pub fn matched(genome: &Genome, rig: &[Light]) -> Result<Rig> {
     let (given, wanted) = (rig.len(), genome.lights());
     if given != wanted {
         let fault = format!("a rig of {given} lights cannot start a search for {wanted}");
@@ -108,8 +117,7 @@ pub fn from_rig(genome: &Genome, rig: &[Light]) -> Result<Vec<f32>> {
         .collect();
     let mut left = left.into_iter();
     chosen.iter_mut().filter(|light| light.is_none()).for_each(|light| *light = left.next());
-    let rig: Vec<Light> = chosen.into_iter().flatten().collect();
-    Ok(genome.encode(&rig))
+    Ok(chosen.into_iter().flatten().collect())
 }
 
 #[cfg(test)]

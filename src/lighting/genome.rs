@@ -11,6 +11,7 @@ use crate::math::range::Range;
 use crate::{Error, Result};
 pub use boxes::{Boxes, RoleBox};
 use boxes::{check, no_range};
+use glam::Vec3;
 
 /// The codec between rigs and chromosomes. A light's alleles are those of its kind
 /// ([`Kind::alleles`](super::kinds::Kind::alleles)) that its role's box gives a range.
@@ -20,6 +21,8 @@ pub struct Genome {
     searched: Vec<Searched>,
     bounds: Vec<Range>,
     fixed: Rig,
+    /// Unit vector upwards in the light frame, where no searched light may stand below the horizon.
+    up: Option<Vec3>,
 }
 
 /// A light that is searched.
@@ -29,8 +32,10 @@ struct Searched {
     light: Light,
     /// What the search may change, in the chromosome's order.
     genes: Vec<Gene>,
-    /// Radius of the light at the distance 1.
-    size: f32,
+    /// What has one value for good.
+    held: Vec<(&'static Allele, f32)>,
+    /// Radius of the light at the distance 1; `None` for the light's own.
+    size: Option<f32>,
 }
 
 /// A value of a light that is searched.
@@ -79,8 +84,8 @@ impl Searched {
             }
         }
         let light = Light { role, kind, color: space.color, ..Light::default() };
-        let size = (0.5 * space.softness.to_radians()).tan();
-        Ok(Self { light, genes, size })
+        let size = Some((0.5 * space.softness.to_radians()).tan());
+        Ok(Self { light, genes, held: Vec::new(), size })
     }
 
     fn decode(&self, values: &[f32], key: &Light) -> Light {
@@ -88,8 +93,30 @@ impl Searched {
         for (gene, &value) in std::iter::zip(&self.genes, values) {
             gene.decode(value, &mut light, key);
         }
-        light.size = self.size * light.reach().unwrap_or(1.0);
+        self.held.iter().for_each(|&(allele, value)| (allele.set)(&mut light, value));
+        if let Some(size) = self.size {
+            light.size = size * light.reach().unwrap_or(1.0);
+        }
         light
+    }
+
+    /// Leaves the search one value less, or none at all.
+    fn hold(&mut self, light: &Light, value: Option<&str>) -> Result<()> {
+        let Some(name) = value else {
+            *self = Self { light: *light, genes: Vec::new(), held: Vec::new(), size: None };
+            return Ok(());
+        };
+        let Some(at) = self.genes.iter().position(|gene| gene.allele.name == name) else {
+            let known: Vec<_> = self.genes.iter().map(|gene| gene.allele.name).collect();
+            return Err(Error::Argument(format!(
+                "the {} light has no '{name}' to keep: it has {}",
+                self.light.role.name(),
+                known.join(", ")
+            )));
+        };
+        let allele = self.genes.remove(at).allele;
+        self.held.push((allele, (allele.get)(light)));
+        Ok(())
     }
 
     fn encode(&self, light: &Light, key: &Light) -> Vec<f32> {
@@ -109,7 +136,41 @@ impl Genome {
         let searched: Vec<_> = searched.collect::<Result<_>>()?;
         let bounds =
             searched.iter().flat_map(|light| &light.genes).map(|gene| gene.range).collect();
-        Ok(Self { roles: roles.to_vec(), searched, bounds, fixed: Rig::new() })
+        Ok(Self { roles: roles.to_vec(), searched, bounds, fixed: Rig::new(), up: None })
+    }
+
+    /// The same with no searched light below the horizon: one that its box would put there is raised onto it.
+    /// `up` is the unit vector upwards in the light frame.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a vector that is not of length 1.
+    pub fn above_horizon(mut self, up: Vec3) -> Result<Self> {
+        if !up.is_normalized() {
+            let fault = format!("{up} is no direction upwards: it must be of length 1");
+            return Err(Error::Argument(fault));
+        }
+        self.up = Some(up);
+        Ok(self)
+    }
+
+    /// The same with a searched light held as it is in `light`, or one of its values, by its
+    /// [`Allele::name`]: what is held has no part in the chromosome, and a light that
+    /// is held as a whole is moved by neither box nor horizon.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a light or a value that is not searched, and where nothing is left to search.
+    pub fn hold(mut self, at: usize, light: &Light, value: Option<&str>) -> Result<Self> {
+        let count = self.lights();
+        let searched = self.searched.get_mut(at).ok_or_else(|| {
+            Error::Argument(format!("there is no light {at} to keep among {count} lights"))
+        })?;
+        searched.hold(light, value)?;
+        let genes = self.searched.iter().flat_map(|light| &light.genes);
+        self.bounds = genes.map(|gene| gene.range).collect();
+        if self.bounds.is_empty() {
+            return Err(Error::Argument("all lights are kept: nothing is left to search".into()));
+        }
+        Ok(self)
     }
 
     /// The same with lights that stand fast: they follow the searched ones in every rig.
@@ -158,7 +219,13 @@ impl Genome {
         let absolute = Light::default();
         let key = self.parts(chromosome).find(|(light, _)| light.light.role == Role::Key);
         let key = key.map_or(absolute, |(light, values)| light.decode(values, &absolute));
-        let searched = self.parts(chromosome).map(|(light, values)| light.decode(values, &key));
+        let searched = self.parts(chromosome).map(|(light, values)| {
+            let decoded = light.decode(values, &key);
+            match self.up.filter(|_| light.size.is_some()) {
+                Some(up) => raised(decoded, up),
+                None => decoded,
+            }
+        });
         searched.chain(self.fixed.iter().copied()).collect()
     }
 
@@ -204,7 +271,26 @@ impl Genome {
     /// Goes on in the light frame `to`, where the fixed lights keep their places.
     pub(crate) fn follow(&mut self, from: &Frame, to: &Frame) {
         self.fixed.iter_mut().for_each(|light| *light = light.moved(from, to));
+        for searched in &mut self.searched {
+            if searched.size.is_none() {
+                searched.light = searched.light.moved(from, to);
+            }
+        }
+        self.up = self.up.map(|up| {
+            let up = from.direction_to_world(up.as_dvec3());
+            to.from_world().transform_vector3(up).normalize_or(glam::DVec3::Y).as_vec3()
+        });
     }
+}
+
+/// The light, raised onto the horizon where it stands below: `up` is upwards.
+fn raised(light: Light, up: Vec3) -> Light {
+    if light.direction().dot(up) >= 0.0 {
+        return light;
+    }
+    // On the horizon sin θ·u_y + cos θ·a = 0, with a the part of `up` along the azimuth.
+    let along = up.x * light.azimuth.sin() + up.z * light.azimuth.cos();
+    Light { elevation: (-along / up.y).atan(), ..light }
 }
 
 /// The value of `range` that is nearest to `angle` or to one of its full turns, radians.

@@ -12,8 +12,9 @@ mod statistics;
 mod term;
 pub mod terms;
 
-use crate::constants;
+use crate::constants::{self, MEAN_LEAST, MEAN_MOST};
 use crate::error::within;
+use crate::math::color::{srgb_decode, srgb_encode};
 use crate::{Error, Result};
 use maps::ViewStatistics;
 use serde::{Deserialize, Serialize};
@@ -44,6 +45,11 @@ pub struct Objective {
     pub weights: Terms,
     /// Mean brightness aimed at.
     pub mean_target: MeanTarget,
+    /// Photographic stops by which that is moved, −4..=4: one doubles its light, and what is aimed at stays in
+    /// 0.1..=0.9.
+    pub mean_stops: f32,
+    /// Standard deviation of the brightness that term `spread` aims at, sRGB-encoded, 0..=0.5.
+    pub spread_target: f32,
     /// Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel.
     pub edge_contrast: f32,
     /// Sobel length of the depth above which a pixel can be an edge, scene radii a pixel.
@@ -61,6 +67,8 @@ impl Default for Objective {
         Self {
             weights: paper_weights(),
             mean_target: MeanTarget::Value(0.5),
+            mean_stops: 0.0,
+            spread_target: 0.2,
             edge_contrast: 0.06,
             edge_sobel: 0.02,
             edge_laplace: 0.02,
@@ -88,6 +96,8 @@ impl Objective {
         // Terms are at most 1, so that their sum is finite too.
         within("the sum of the weights", self.weights.values().sum(), 0.0, f32::MAX)?;
         self.mean_target.check()?;
+        within("objective.mean_stops", self.mean_stops, -4.0, 4.0)?;
+        within("objective.spread_target", self.spread_target, 0.0, 0.5)?;
         within("objective.edge_contrast", self.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
         within("objective.edge_sobel", self.edge_sobel, 0.0, f32::MAX)?;
         within("objective.edge_laplace", self.edge_laplace, 0.0, f32::MAX)?;
@@ -114,6 +124,16 @@ impl Objective {
     /// Whether what a term needs of the background is given.
     fn can_measure(&self, term: &Term) -> bool {
         !term.needs.background || self.background.is_some()
+    }
+
+    /// The mean brightness aimed at in a view, sRGB-encoded: [`MeanTarget::of`], moved by
+    /// [`Objective::mean_stops`].
+    pub fn mean_of(&self, view: &ViewStatistics) -> f32 {
+        let target = self.mean_target.of(view);
+        if self.mean_stops == 0.0 {
+            return target;
+        }
+        srgb_encode(srgb_decode(target) * self.mean_stops.exp2()).clamp(MEAN_LEAST, MEAN_MOST)
     }
 
     /// What pictures have to be measured for: what terms of a weight above 0 need. Those that need a background

@@ -1,8 +1,8 @@
 //! Results for other programs. `docs/RESULT.md` is the reference of the schemas.
 
 use super::text::visible_json;
-use crate::design::Outcome;
 use crate::design::profile::Profile;
+use crate::design::{Intent, Outcome};
 use crate::evaluate::{DeviceInfo, Inspection};
 use crate::lighting::{Color, Cone, Light, LightKind, Role};
 use crate::objective::{MeanTarget, Objective, Quality, Terms};
@@ -116,6 +116,10 @@ pub struct ObjectiveRecord {
 pub struct Targets {
     /// Mean brightness.
     pub mean: MeanTarget,
+    /// Stops by which that is moved.
+    pub mean_stops: f32,
+    /// Standard deviation of the brightness.
+    pub spread: f32,
     /// Gradient of a fully distinct edge.
     pub edge_contrast: f32,
     /// Depth gradient of an edge.
@@ -131,12 +135,22 @@ impl From<&Objective> for ObjectiveRecord {
         let &Objective {
             weights,
             mean_target: mean,
+            mean_stops,
+            spread_target: spread,
             edge_contrast,
             edge_sobel,
             edge_laplace,
             background,
         } = objective;
-        let targets = Targets { mean, edge_contrast, edge_sobel, edge_laplace, background };
+        let targets = Targets {
+            mean,
+            mean_stops,
+            spread,
+            edge_contrast,
+            edge_sobel,
+            edge_laplace,
+            background,
+        };
         Self { weights, targets }
     }
 }
@@ -254,6 +268,8 @@ pub struct Design {
     pub header: Header,
     /// Seed.
     pub seed: u64,
+    /// What light was wanted.
+    pub intent: Intent,
     /// Settings of the quality function.
     pub objective: ObjectiveRecord,
     /// The best rig's quality.
@@ -288,6 +304,7 @@ impl Design {
         Self {
             header,
             seed,
+            intent: Intent::default(),
             objective: objective.into(),
             quality: best.quality(),
             headlight: headlight.quality(),

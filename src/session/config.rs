@@ -2,12 +2,13 @@
 //! `docs/CONFIGURATION.md` is the reference.
 
 use super::input;
+use super::intent::Keep;
 use super::optimizer::OptimizerName;
 use super::profile::ProfileName;
 use super::values::{Device, Lights};
 pub use super::view::{CameraKey, ViewSettings};
-use crate::design::CoarseSettings;
 use crate::design::profile::{self, Profile};
+use crate::design::{CoarseSettings, Intent};
 use crate::error::within;
 use crate::gpu::PipelineKind;
 use crate::lighting::genome::{Boxes, Genome};
@@ -57,6 +58,8 @@ pub struct Settings {
     pub view: ViewSettings,
     /// The lights that are searched.
     pub lights: LightSettings,
+    /// What light is wanted.
+    pub intent: Intent,
     /// The quality function.
     pub objective: Objective,
     /// The shading model.
@@ -150,6 +153,8 @@ pub struct LightSettings {
     pub kind: LightKind,
     /// Whether the scene's own lights stay and count.
     pub keep: bool,
+    /// Lights, or values of lights, of the first rig that stay as they are.
+    pub hold: Vec<Keep>,
     /// The values that lights of each role may have.
     pub boxes: Boxes,
 }
@@ -203,8 +208,10 @@ impl Settings {
                 roles: Lights(roles.to_vec()),
                 kind,
                 keep: false,
+                hold: Vec::new(),
                 boxes: (profile.boxes)(),
             },
+            intent: Intent::default(),
             objective: (profile.objective)(),
             shading: (profile.shading)(),
             shadows: ShadowSettings { on: profile.shadows, ..ShadowSettings::default() },
@@ -322,6 +329,7 @@ impl Settings {
         within("time", self.pose.time.unwrap_or(0.0), 0.0, f32::MAX)?;
         self.objective.check()?;
         self.objective.check_without_target()?;
+        self.check_intent()?;
         self.shading.check()?;
         self.shadows.check()?;
         self.picture.check()?;

@@ -1,12 +1,12 @@
 //! How a design is made, one or many: the search, and all files that it leaves behind.
 
 use super::config::{First, Settings};
-use super::{Engine, Session, evaluator_on, milliseconds, warn};
+use super::{Engine, Session, evaluator_on, intent, milliseconds, warn};
 use crate::design::coarse::{self, run_coarse_first};
 use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
-use crate::lighting::{Light, MAX_LIGHTS, Role};
+use crate::lighting::{Light, MAX_LIGHTS, Rig, Role};
 use crate::optimize::{self, Heats, Optimizer, Setup};
 use crate::render::Picture;
 use crate::report::html::{Sheet, Shown, light_ratio};
@@ -40,33 +40,53 @@ const PLOT: (u32, u32) = (800, 480);
 /// # Errors
 /// What the device reports, and a rig with another number of lights than the genome's.
 pub fn beginning(session: &mut Session, genome: &Genome) -> Result<Vec<f32>> {
-    first(session, genome, &mut ChaCha8Rng::seed_from_u64(session.settings.seed))
+    let rig = first_rig(session)?;
+    first(session, genome, rig.as_deref(), &mut ChaCha8Rng::seed_from_u64(session.settings.seed))
 }
 
-fn first(session: &mut Session, genome: &Genome, rng: &mut ChaCha8Rng) -> Result<Vec<f32>> {
-    let preset = match session.settings.first {
-        First::KMeans => {
-            let maps = session.evaluator.maps()?;
-            return Ok(start::first(&session.scene, &session.view, maps, genome, rng));
+/// The individual that the search begins with; `rig` is the one that the settings name.
+fn first(
+    session: &mut Session,
+    genome: &Genome,
+    rig: Option<&[Light]>,
+    rng: &mut ChaCha8Rng,
+) -> Result<Vec<f32>> {
+    match rig {
+        Some(rig) => Ok(start::from_rig(genome, rig)?),
+        None if session.settings.first == First::Random => {
+            Ok(genome.bounds().iter().map(|range| range.uniform(rng)).collect())
         }
-        First::Random => return Ok(genome.bounds().iter().map(|r| r.uniform(rng)).collect()),
+        None => {
+            let maps = session.evaluator.maps()?;
+            Ok(start::first(&session.scene, &session.view, maps, genome, rng))
+        }
+    }
+}
+
+/// The rig that the settings name to begin with.
+fn first_rig(session: &Session) -> Result<Option<Rig>> {
+    Ok(match session.settings.first {
+        First::KMeans | First::Random => None,
         First::Scene => {
             let (mut rig, warnings) = scene::lights::rig(&session.scene, &session.view)?;
             warn(&warnings);
             rig.retain(|light| light.role != Role::Scene);
-            return Ok(start::from_rig(genome, &rig)?);
+            Some(rig)
         }
-        First::Headlight => Preset::Headlight,
-        First::LightKit => Preset::LightKit,
-        First::ThreePoint => Preset::ThreePoint,
-    };
-    Ok(start::from_rig(genome, &preset.rig())?)
+        First::Headlight => Some(Preset::Headlight.rig()),
+        First::LightKit => Some(Preset::LightKit.rig()),
+        First::ThreePoint => Some(Preset::ThreePoint.rig()),
+    })
 }
 
 /// The search that the settings ask for, `count` of them side by side.
-fn optimizer(session: &mut Session, genome: &Genome, count: u32) -> Result<Box<dyn Optimizer>> {
+fn optimizer(
+    session: &mut Session,
+    (genome, rig): (&Genome, Option<&[Light]>),
+    count: u32,
+) -> Result<Box<dyn Optimizer>> {
     let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
-    let first = first(session, genome, &mut rng)?;
+    let first = first(session, genome, rig, &mut rng)?;
     let (name, settings) = (session.settings.optimizer.0.name, &session.settings.optimizers());
     let setup = Setup { bounds: genome.bounds(), first, settings, rng };
     if count == 1 {
@@ -113,13 +133,14 @@ pub fn search(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Outcome> {
     let start = Instant::now();
-    let genome = session.complete(genome)?;
+    let rig = first_rig(session)?;
+    let genome = intent::bound(session, session.complete(genome)?, rig.clone())?;
     let coarse = match coarse_generations(session)? {
         Some((small, generations)) => coarse(session, &small)?.map(|coarse| (coarse, generations)),
         None => None,
     };
     let count = coarse.as_ref().map_or(1, |_| session.settings.coarse.searches);
-    let mut search = optimizer(session, &genome, count)?;
+    let mut search = optimizer(session, (&genome, rig.as_deref()), count)?;
     let (limit, settings) = (session.settings.time_limit, session.settings.coarse);
     let mut watch = |progress: &Progress| match observe(progress) {
         _ if limit.is_some_and(|limit| start.elapsed().as_secs_f64() >= limit) => {
@@ -145,7 +166,8 @@ pub fn search(
 /// The search's settings in words.
 fn in_words(settings: &Settings) -> String {
     let words = (settings.optimizer.0.words)(&settings.optimizers());
-    format!("profile {}, seed {}, {words}", settings.profile.0.name, settings.seed)
+    let intent = settings.intent.words();
+    format!("profile {}, seed {}, {intent}{words}", settings.profile.0.name, settings.seed)
 }
 
 /// Most pixels of a side of the pictures under usual rigs that the report alone shows,
@@ -214,6 +236,7 @@ pub fn result(session: &mut Session, outcome: &Outcome) -> Result<Design> {
         Design::new(header, (*seed, objective), (&best, &headlight), outcome, &session.view);
     design.scene_lights = session.scene_lights();
     design.timing_ms = session.finish();
+    design.intent = session.settings.intent;
     Ok(design)
 }
 

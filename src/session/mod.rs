@@ -6,6 +6,7 @@ pub mod designer;
 pub mod device;
 mod engine;
 pub mod input;
+pub mod intent;
 mod message;
 pub mod optimizer;
 pub mod picture;

@@ -255,6 +255,27 @@ static void judge_by_profile(const klieg_context *context, const klieg_scene *sc
     CHECK(evaluator, klieg_evaluator_qualities(evaluator, rig, 1, lights, &quality));
     print_quality("natural", &quality);
 
+    klieg_intent intent;
+    CHECK(NULL, klieg_design_profile(&design, "natural"));
+    CHECK(NULL, klieg_intent_defaults(&intent));
+    CHECK(NULL, klieg_intent_steer(&intent, &objective, &design));
+    EXPECT(objective.mean_stops == 0.0f && objective.spread_target == 0.2f && design.fill.diffuse[1] == 0.6f);
+    intent.brightness = 1.0f;
+    intent.contrast = -1.0f;
+    intent.mood = KLIEG_MOOD_SOFT;
+    CHECK(NULL, klieg_intent_steer(&intent, &objective, &design));
+    EXPECT(objective.mean_stops > 0.0f && objective.spread_target < 0.2f && design.fill.diffuse[1] > 0.6f);
+    intent.mood = 3;
+    REFUSE(NULL, klieg_intent_steer(&intent, &objective, &design), KLIEG_ERROR_ARGUMENT, "mood 3");
+    intent.mood = KLIEG_MOOD_NATURAL;
+    intent.brightness = 3.0f;
+    REFUSE(NULL, klieg_intent_steer(&intent, &objective, &design), KLIEG_ERROR_ARGUMENT, "brightness is 3");
+    REFUSE(NULL, klieg_intent_steer(&intent, NULL, &design), KLIEG_ERROR_ARGUMENT, "objective is NULL");
+    design.up[1] = 2.0f;
+    design.roles = roles;
+    design.lights = COUNT(roles);
+    REFUSE(NULL, klieg_designer_create(&design, &designer), KLIEG_ERROR_ARGUMENT, "no direction upwards");
+
     CHECK(NULL, klieg_design_profile(&design, "natural"));
     EXPECT(design.intensities == 1 && design.fill.azimuth_from_key && !design.key.share_of_key);
     design.roles = roles;

@@ -281,8 +281,9 @@ impl<'a> Batch<'a> {
         for warning in &scene.scene.warnings {
             self.say(&format!("{}: {warning}", item.name));
         }
-        let genome = item.settings.genome()?;
-        let mut session = Session::on(device, scene, item.settings.clone(), begin)?;
+        let settings = item.settings.steered()?;
+        let genome = settings.genome()?;
+        let mut session = Session::on(device, scene, settings, begin)?;
         if self.record.device.is_none() {
             if self.announce {
                 self.bar.suspend(|| session::announce(&session.evaluator));

@@ -23,8 +23,8 @@ pub struct Parameters {
     pub size: [u32; 2],
     /// Whether all view rays are parallel (0 or 1).
     pub orthographic: u32,
-    /// To a multiple of 16 bytes.
-    pub padding: u32,
+    /// [`Objective::mean_stops`].
+    pub mean_stops: f32,
     /// The viewer's position in the light frame, scene radii.
     pub eye: [f32; 3],
     /// [`Shading::ambient`].
@@ -43,8 +43,8 @@ pub struct Parameters {
     pub mean_target: f32,
     /// [`Objective::background`], or `NO_BACKGROUND`.
     pub background: f32,
-    /// To a multiple of 16 bytes.
-    pub padding_middle: f32,
+    /// [`Objective::spread_target`].
+    pub spread_target: f32,
     /// Of klieg's own terms, in the order of [`TERMS`]; 0 beyond.
     pub weights: [f32; MAX_TERMS],
 }
@@ -55,7 +55,7 @@ impl Parameters {
         Self {
             size: [view.width, view.height],
             orthographic: view.is_orthographic().into(),
-            padding: 0,
+            mean_stops: objective.mean_stops,
             eye: view.eye.to_array(),
             ambient: shading.ambient,
             dielectric: shading.dielectric,
@@ -65,7 +65,7 @@ impl Parameters {
             edge_contrast: objective.edge_contrast,
             mean_target: mean_target(objective.mean_target),
             background: objective.background.unwrap_or(NO_BACKGROUND),
-            padding_middle: 0.0,
+            spread_target: objective.spread_target,
             weights: weights(objective),
         }
     }

@@ -191,3 +191,89 @@ fn bad_boxes_are_refused() {
     assert!(Genome::new(&[], LightKind::POINT, &Boxes::default()).is_err());
     assert!(Genome::new(&[Role::Key; 17], LightKind::POINT, &Boxes::default()).is_err());
 }
+
+/// The light frame's upwards of a camera that looks down by so many degrees.
+fn looking_down(degrees: f32) -> Vec3 {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    Vec3::new(0.0, cos, sin)
+}
+
+proptest! {
+    #[test]
+    fn no_light_stands_below_the_horizon_and_those_above_stay(
+        shares in prop::collection::vec(0f32..=1.0, 18), down in -90f32..=90.0,
+    ) {
+        let mut boxes = Boxes::default();
+        boxes.all_mut().into_iter().for_each(|space| space.elevation = Range::new(-90.0, 90.0));
+        let free = Genome::new(&ROLES, LightKind::POINT, &boxes).unwrap();
+        let up = looking_down(down);
+        let bound = free.clone().above_horizon(up).unwrap();
+        let place = |(r, t): (&Range, &f32)| r.at(*t);
+        let chromosome: Vec<f32> = free.bounds().iter().zip(&shares).map(place).collect();
+        for (light, before) in bound.decode(&chromosome).iter().zip(free.decode(&chromosome)) {
+            prop_assert!(light.direction().dot(up) > -1e-5, "{light:?}");
+            prop_assert_eq!((light.azimuth, light.diffuse), (before.azimuth, before.diffuse));
+            if before.direction().dot(up) >= 0.0 {
+                prop_assert_eq!(*light, before);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_horizon_turns_with_the_camera() {
+    let frame = |down: f32| {
+        let up = looking_down(down).as_dvec3();
+        let (right, up, back) =
+            (glam::DVec3::X, glam::DVec3::new(0.0, up.y, -up.z), glam::DVec3::new(0.0, up.z, up.y));
+        Frame { center: glam::DVec3::ZERO, radius: 1.0, right, up, back }
+    };
+    let mut genome = Genome::new(&[Role::Rim], LightKind::POINT, &Boxes::default())
+        .unwrap()
+        .above_horizon(looking_down(10.0))
+        .unwrap();
+    genome.follow(&frame(10.0), &frame(40.0));
+    let lowest: Vec<f32> = genome.bounds().iter().map(|range| range.low).collect();
+    let light = genome.decode(&lowest)[0];
+    assert!(light.direction().dot(looking_down(40.0)).abs() < 1e-5, "{light:?}");
+    let fault = genome.above_horizon(Vec3::new(0.0, 2.0, 0.0)).unwrap_err();
+    assert!(fault.is_input(), "{fault}");
+}
+
+#[test]
+fn what_is_held_is_not_searched() {
+    let boxes = relative();
+    let genome = Genome::new(&ROLES, LightKind::POINT, &boxes).unwrap();
+    // Outside its box, of another kind and colour.
+    let key = Light {
+        kind: LightKind::DIRECTIONAL,
+        elevation: -0.5,
+        azimuth: 2.0,
+        diffuse: 9.0,
+        color: Color::of_kelvin(3000.0).unwrap(),
+        ..Light::default()
+    };
+    let kept = genome.clone().hold(0, &key, None).unwrap();
+    assert_eq!(kept.bounds().len(), genome.bounds().len() - 4);
+    let middle: Vec<f32> = kept.bounds().iter().map(Range::middle).collect();
+    let rig = kept.decode(&middle);
+    assert_eq!((rig[0], rig.len()), (key, 3));
+    // What is relative to the key is so to the one that is held.
+    assert!((rig[1].azimuth - (2.0 - 65f32.to_radians())).abs() < 1e-5, "{:?}", rig[1]);
+    assert!(near(&kept.encode(&rig), &middle));
+
+    let part = genome.clone().hold(2, &key, Some("elevation")).unwrap();
+    assert_eq!(part.bounds().len(), genome.bounds().len() - 1);
+    let middle: Vec<f32> = part.bounds().iter().map(Range::middle).collect();
+    let rim = part.decode(&middle)[2];
+    assert_eq!((rim.elevation, rim.role, rim.kind), (-0.5, Role::Rim, LightKind::POINT));
+
+    for (at, value, said) in
+        [(3, None, "no light 3"), (1, Some("size"), "no 'size' to keep: it has elevation")]
+    {
+        let fault = genome.clone().hold(at, &key, value).unwrap_err();
+        assert!(fault.is_input() && fault.to_string().contains(said), "{fault}");
+    }
+    let one = Genome::new(&[Role::Key], LightKind::POINT, &boxes).unwrap();
+    assert!(one.hold(0, &key, None).unwrap_err().to_string().contains("nothing is left"));
+}

@@ -14,6 +14,6 @@ pub static TERM: Term = Term {
 };
 
 fn formula(picture: &Statistics, view: &ViewStatistics, objective: &Objective) -> f32 {
-    let target = objective.mean_target.of(view);
+    let target = objective.mean_of(view);
     (picture.mean - target).abs() / target.max(1.0 - target)
 }

@@ -11,5 +11,6 @@ macro_rules! table {
 }
 
 table!(
-    edge, mean, grad, var, hist, detail, range, burnt, unlit, relief, direction, target, outline
+    edge, mean, grad, var, hist, detail, range, burnt, unlit, relief, direction, target, outline,
+    spread
 );

@@ -1,0 +1,42 @@
+//! Options that say what light is wanted.
+
+use crate::design::Mood;
+use crate::session::config::Settings;
+use crate::session::intent::Keep;
+use clap::Args;
+
+/// What light is wanted.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "What light")]
+pub(super) struct IntentOptions {
+    /// Steps darker or brighter than usual, -2 to 2 [default: 0]
+    #[arg(long, value_name = "STEPS", allow_negative_numbers = true)]
+    brightness: Option<f32>,
+    /// Steps of less or more contrast than usual, -2 to 2 [default: 0]
+    #[arg(long, value_name = "STEPS", allow_negative_numbers = true)]
+    contrast: Option<f32>,
+    /// The character of the light: soft, natural or dramatic [default: natural]
+    #[arg(long)]
+    mood: Option<Mood>,
+    /// Let no light stand below the horizon of the scene's centre
+    #[arg(long)]
+    no_below: bool,
+    /// Keep a light of the rig that --first names as it is, by its role or its number from 0, or one value of it, as in
+    /// fill.azimuth. Several times for several
+    #[arg(long = "keep", value_name = "LIGHT[.VALUE]")]
+    keeps: Vec<Keep>,
+}
+
+impl IntentOptions {
+    /// Puts these options in the place of `settings`.
+    pub fn apply(&self, settings: &mut Settings) {
+        let intent = &mut settings.intent;
+        intent.brightness = self.brightness.unwrap_or(intent.brightness);
+        intent.contrast = self.contrast.unwrap_or(intent.contrast);
+        intent.mood = self.mood.unwrap_or(intent.mood);
+        intent.below &= !self.no_below;
+        if !self.keeps.is_empty() {
+            settings.lights.hold.clone_from(&self.keeps);
+        }
+    }
+}

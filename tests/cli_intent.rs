@@ -1,0 +1,154 @@
+//! What light is wanted, from the command line to the picture.
+
+use glam::Vec3;
+use image::Rgba;
+use klieg::lighting::direction;
+use klieg::math::color::{luminance, srgb_decode};
+use klieg_support::common::Folder;
+use serde_json::Value;
+use std::path::Path;
+
+const SMALL: [&str; 10] = [
+    "--device",
+    "cpu",
+    "--size",
+    "96x96",
+    "--generations",
+    "25",
+    "--coarse",
+    "0",
+    "--background",
+    "transparent",
+];
+
+/// Designs the elephant into `out`.
+fn design(place: &Folder, out: &str, more: &[&str]) -> Value {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/elephant.glb");
+    let arguments = ["design", scene.to_str().unwrap(), "--out", out];
+    place.klieg(&[&arguments[..], &SMALL, more].concat()).assert().success();
+    place.read_json(&format!("{out}/result.json"))
+}
+
+/// CIE L* of each pixel of the object, ascending.
+fn lightness(place: &Folder, out: &str) -> Vec<f32> {
+    let picture = image::open(place.path(out).join("best.png")).unwrap().to_rgba8();
+    let lightness = |&Rgba([r, g, b, _]): &Rgba<u8>| {
+        let linear = Vec3::from([r, g, b].map(|channel| srgb_decode(f32::from(channel) / 255.0)));
+        let y = luminance(linear);
+        if y > 0.008_856 { 116.0 * y.cbrt() - 16.0 } else { 903.3 * y }
+    };
+    let mut object: Vec<f32> =
+        picture.pixels().filter(|pixel| pixel.0[3] > 250).map(lightness).collect();
+    object.sort_by(f32::total_cmp);
+    assert!(object.len() > 1000);
+    object
+}
+
+fn mean(values: &[f32]) -> f32 {
+    values.iter().sum::<f32>() / values.len() as f32
+}
+
+fn deviation(values: &[f32]) -> f32 {
+    let middle = mean(values);
+    mean(&values.iter().map(|value| (value - middle).powi(2)).collect::<Vec<_>>()).sqrt()
+}
+
+#[test]
+fn a_step_of_brightness_is_seen_in_the_mean_lightness() {
+    let place = Folder::new();
+    let means = ["-1", "0", "1"].map(|steps| {
+        let result = design(&place, steps, &["--brightness", steps]);
+        assert_eq!(result["intent"]["brightness"].as_f64(), steps.parse().ok());
+        mean(&lightness(&place, steps))
+    });
+    assert!(means[0] + 5.0 < means[1] && means[1] + 5.0 < means[2], "{means:?}");
+}
+
+#[test]
+fn steps_of_contrast_and_moods_are_seen_in_the_spread_of_lightness() {
+    let place = Folder::new();
+    let [low, high] = ["-1.5", "1.5"].map(|steps| {
+        design(&place, steps, &["--contrast", steps]);
+        deviation(&lightness(&place, steps))
+    });
+    assert!(low + 6.0 < high, "{low} {high}");
+    let [soft, dramatic] = ["soft", "dramatic"].map(|mood| {
+        let result = design(&place, mood, &["--mood", mood]);
+        assert_eq!(result["intent"]["mood"], *mood);
+        lightness(&place, mood)
+    });
+    assert!(deviation(&soft) + 6.0 < deviation(&dramatic));
+    // A quarter of the object sinks into the shadows.
+    let quarter = soft.len() / 4;
+    assert!(mean(&dramatic[..quarter]) + 20.0 < mean(&soft[..quarter]));
+}
+
+#[test]
+fn no_light_stands_below_the_horizon_of_the_world() {
+    let place = Folder::new();
+    let low = "[lights.boxes.key]\nelevation = [-60, -20]\nazimuth = [-90, 90]\ndiffuse = [0, 6]\n\
+               distance = [1.5, 5]\n";
+    std::fs::write(place.path("low.toml"), low).unwrap();
+    let heights = |out: &str, more: &[&str]| {
+        let more = [&["--config", "low.toml", "--generations", "3"], more].concat();
+        let result = design(&place, out, &more);
+        let axis = |name: &str| result["camera"][name][1].as_f64().unwrap() as f32;
+        let up = Vec3::new(axis("right"), axis("up"), axis("back"));
+        let lights = result["lights"].as_array().unwrap().iter();
+        let height = |light: &Value| {
+            let angle = |name: &str| (light[name].as_f64().unwrap() as f32).to_radians();
+            direction(angle("elevation_deg"), angle("azimuth_deg")).dot(up)
+        };
+        lights.map(height).collect::<Vec<_>>()
+    };
+    assert!(heights("below", &[])[0] < -0.01);
+    let above = heights("above", &["--no-below"]);
+    assert!(above.iter().all(|&height| height > -1e-5), "{above:?}");
+}
+
+#[test]
+fn roles_have_fixed_temperatures_and_lights_of_a_rig_are_kept() {
+    let place = Folder::new();
+    let warm = design(&place, "warm", &["--warm", "key=3000K", "--generations", "2"]);
+    assert_eq!([&warm["lights"][0]["color"], &warm["lights"][1]["color"]], ["3000K", "#ffffff"]);
+
+    let lit = place.path("warm/lit.glb");
+    let again = |out: &str, keep: &str| {
+        let more = ["--first", "scene", "--keep", keep, "--generations", "3", "--seed", "5"];
+        let arguments = [&["design", lit.to_str().unwrap(), "--out", out][..], &SMALL, &more];
+        place.klieg(&arguments.concat()).assert().success();
+        place.read_json(&format!("{out}/result.json"))["lights"].clone()
+    };
+    let near = |a: &Value, b: &Value| {
+        let same =
+            |name: &&str| (a[*name].as_f64().unwrap() - b[*name].as_f64().unwrap()).abs() < 1e-3;
+        ["elevation_deg", "azimuth_deg", "diffuse", "distance"]
+            .iter()
+            .filter(|name| same(name))
+            .count()
+    };
+    let kept = again("key", "key");
+    assert_eq!(near(&kept[0], &warm["lights"][0]), 4, "{kept}");
+    assert!(near(&kept[1], &warm["lights"][1]) < 4, "{kept}");
+    let kept = again("part", "1.azimuth");
+    assert_eq!(near(&kept[1], &warm["lights"][1]), 1, "{kept}");
+}
+
+#[test]
+fn wishes_that_make_no_sense_are_faults_of_the_user() {
+    let place = Folder::new();
+    let preset = ["--first", "three-point", "--lights", "3", "--keep"];
+    for (more, said) in [
+        (&["--brightness", "3"][..], "brightness is 3"),
+        (&["--mood", "grim"], "soft, natural, dramatic"),
+        (&["--keep", "key"], "no rig of which a light could be kept"),
+        (&[&preset[..], &["back"]].concat(), "'back' is none of key, fill, rim"),
+        (&[&preset[..], &["7"]].concat(), "no light 7"),
+        (&[&preset[..], &["key.size"]].concat(), "no 'size' to keep"),
+    ] {
+        let fault = place.design("out", more).assert().code(2).get_output().stderr.clone();
+        let fault = String::from_utf8(fault).unwrap();
+        assert!(fault.contains(said), "{more:?}: {fault}");
+        assert!(!place.path("out").exists());
+    }
+}

@@ -1,0 +1,52 @@
+#!/usr/bin/env python3
+"""Makes the rows of pictures of docs/INTENT.md: one design a picture, side by side. Needs Pillow.
+
+    tools/intent/rows.py KLIEG [OUT]
+
+KLIEG is the program, OUT the folder (docs/intent where absent). Other arguments of the designs are the same for all.
+"""
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMON = ["--device", "cpu", "--size", "192x192", "--coarse", "0", "--generations", "40", "-q"]
+# Name of the row, the scene, and the options of each picture.
+ROWS = [
+    ("brightness", "elephant", [["--brightness", str(step)] for step in (-2, -1, 0, 1, 2)]),
+    ("contrast", "elephant", [["--contrast", str(step)] for step in (-2, -1, 0, 1, 2)]),
+    ("mood", "still-life", [["--mood", mood] for mood in ("soft", "natural", "dramatic")]),
+    ("below", "pair", [BELOW := ["--config", str(ROOT / "tools/intent/low.toml")], [*BELOW, "--no-below"]]),
+    ("warm", "pair", [[], ["--warm", "key=3000K"], ["--warm", "key=3000K", "--warm", "fill=12000K"]]),
+]
+
+
+def design(klieg: str, scene: str, options: list[str], folder: Path) -> Image.Image:
+    """The final picture of a design."""
+    file = ROOT / "scenes" / f"{scene}.glb"
+    subprocess.run([klieg, "design", file, "--out", folder, *COMMON, *options], check=True, stdout=subprocess.DEVNULL)
+    return Image.open(folder / "best.png").convert("RGB")
+
+
+def main() -> None:
+    """Makes all rows."""
+    klieg, *rest = sys.argv[1:]
+    out = Path(rest[0]) if rest else ROOT / "docs/intent"
+    out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as place:
+        for name, scene, pictures in ROWS:
+            made = [design(klieg, scene, options, Path(place, f"{name}{at}")) for at, options in enumerate(pictures)]
+            row = Image.new("RGB", (sum(picture.width for picture in made), made[0].height))
+            left = 0
+            for picture in made:
+                row.paste(picture, (left, 0))
+                left += picture.width
+            row.save(out / f"{name}.jpg", quality=88)
+
+
+if __name__ == "__main__":
+    main()
