@@ -294,7 +294,8 @@ fn note_coarse_shadows(evaluator: &mut Engine, settings: &ShadowSettings) -> Res
 /// The fault of a picture without any object.
 pub fn sees_nothing(scene: &Scene, view: &View) -> Error {
     let camera = &view.camera.name;
-    Error::input(&scene.path, format!("camera '{camera}' sees nothing of the scene"))
+    let advice = "--azimuth and --elevation look from another side, in case its surfaces face away";
+    Error::input(&scene.path, format!("camera '{camera}' sees nothing of the scene: {advice}"))
 }
 
 /// Time since `start`.
