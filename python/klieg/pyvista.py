@@ -132,7 +132,11 @@ def _mapped(mapper: Any) -> NDArray[np.uint8] | None:
     """Return the colours that a mapper gives the data, `uint8[points or cells, 4]`."""
     if not mapper.scalar_visibility:
         return None
+    # Colours that are looked up in a texture are none of the vertices'.
+    textured = mapper.GetInterpolateScalarsBeforeMapping()
+    mapper.SetInterpolateScalarsBeforeMapping(False)
     found = mapper.MapScalars(1.0)
+    mapper.SetInterpolateScalarsBeforeMapping(textured)
     return None if found is None else np.array(pyvista.convert_array(found), dtype=np.uint8)
 
 

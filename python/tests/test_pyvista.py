@@ -52,10 +52,10 @@ def test_lights_keep_the_colours_of_the_data_and_come_near_klieg_s_picture(plott
     mine, its = klieg_s[objects] @ weights, after[objects] @ weights
     assert np.corrcoef(mine, its)[0, 1] > 0.9
     assert abs(mine.mean() - its.mean()) < 25
-    # White lights scale colours: their shares stay as they were.
+    # White lights scale colours: their shares stay as they were under PyVista's own lights, which are tinted a little.
     bright = objects & (before.min(axis=2) > 20) & (after.min(axis=2) > 20) & (after.max(axis=2) < 250)
     shares = [picture[bright] / picture[bright].sum(axis=1, keepdims=True) for picture in (before, after)]
-    assert np.median(np.abs(shares[0] - shares[1])) < 0.01
+    assert np.median(np.abs(shares[0] - shares[1])) < 0.02
 
 
 def test_colours_of_cells_and_parallel_cameras(plotter: Any) -> None:
