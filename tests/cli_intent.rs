@@ -8,24 +8,21 @@ use klieg_support::common::Folder;
 use serde_json::Value;
 use std::path::Path;
 
-const SMALL: [&str; 10] = [
-    "--device",
-    "cpu",
-    "--size",
-    "96x96",
-    "--generations",
-    "25",
-    "--coarse",
-    "0",
-    "--background",
-    "transparent",
-];
+const SMALL: [&str; 8] =
+    ["--device", "cpu", "--size", "96x96", "--coarse", "0", "--background", "transparent"];
+
+/// The options with a number of generations, unless they say another.
+fn options<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    let usual: &[&str] =
+        if more.contains(&"--generations") { &[] } else { &["--generations", "25"] };
+    [&SMALL[..], usual, more].concat()
+}
 
 /// Designs the elephant into `out`.
 fn design(place: &Folder, out: &str, more: &[&str]) -> Value {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/elephant.glb");
     let arguments = ["design", scene.to_str().unwrap(), "--out", out];
-    place.klieg(&[&arguments[..], &SMALL, more].concat()).assert().success();
+    place.klieg(&[&arguments[..], &options(more)].concat()).assert().success();
     place.read_json(&format!("{out}/result.json"))
 }
 
@@ -57,9 +54,10 @@ fn deviation(values: &[f32]) -> f32 {
 fn a_step_of_brightness_is_seen_in_the_mean_lightness() {
     let place = Folder::new();
     let means = ["-1", "0", "1"].map(|steps| {
-        let result = design(&place, steps, &["--brightness", steps]);
+        let out = format!("steps{steps}");
+        let result = design(&place, &out, &["--brightness", steps]);
         assert_eq!(result["intent"]["brightness"].as_f64(), steps.parse().ok());
-        mean(&lightness(&place, steps))
+        mean(&lightness(&place, &out))
     });
     assert!(means[0] + 5.0 < means[1] && means[1] + 5.0 < means[2], "{means:?}");
 }
@@ -68,8 +66,9 @@ fn a_step_of_brightness_is_seen_in_the_mean_lightness() {
 fn steps_of_contrast_and_moods_are_seen_in_the_spread_of_lightness() {
     let place = Folder::new();
     let [low, high] = ["-1.5", "1.5"].map(|steps| {
-        design(&place, steps, &["--contrast", steps]);
-        deviation(&lightness(&place, steps))
+        let out = format!("steps{steps}");
+        design(&place, &out, &["--contrast", steps]);
+        deviation(&lightness(&place, &out))
     });
     assert!(low + 6.0 < high, "{low} {high}");
     let [soft, dramatic] = ["soft", "dramatic"].map(|mood| {
@@ -115,7 +114,7 @@ fn roles_have_fixed_temperatures_and_lights_of_a_rig_are_kept() {
     let lit = place.path("warm/lit.glb");
     let again = |out: &str, keep: &str| {
         let more = ["--first", "scene", "--keep", keep, "--generations", "3", "--seed", "5"];
-        let arguments = [&["design", lit.to_str().unwrap(), "--out", out][..], &SMALL, &more];
+        let arguments = [&["design", lit.to_str().unwrap(), "--out", out][..], &options(&more)];
         place.klieg(&arguments.concat()).assert().success();
         place.read_json(&format!("{out}/result.json"))["lights"].clone()
     };
@@ -149,6 +148,6 @@ fn wishes_that_make_no_sense_are_faults_of_the_user() {
         let fault = place.design("out", more).assert().code(2).get_output().stderr.clone();
         let fault = String::from_utf8(fault).unwrap();
         assert!(fault.contains(said), "{more:?}: {fault}");
-        assert!(!place.path("out").exists());
+        assert!(!place.path("out/result.json").exists());
     }
 }
