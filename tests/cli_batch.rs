@@ -373,7 +373,7 @@ fn an_interrupt_keeps_finished_designs() {
     let record = place.read_json("out/batch.json");
     let expected = [("quick", "done"), ("slow", "waiting"), ("never", "waiting")];
     assert_eq!(states(&record), pairs(&expected));
-    assert_eq!(place.list("out"), ["batch.json", "quick"]);
+    assert_eq!(place.list("out"), ["batch.csv", "batch.json", "index.html", "quick"]);
     assert!(hidden(&place.path("out/quick")).is_empty());
     place.read_json("out/quick/result.json");
 
@@ -388,4 +388,31 @@ fn an_interrupt_keeps_finished_designs() {
     let record: Value = serde_json::from_slice(&output.stdout).unwrap();
     let expected = [("quick", "skipped"), ("slow", "done"), ("never", "done")];
     assert_eq!(states(&record), pairs(&expected));
+}
+
+#[test]
+fn shards_share_the_work_and_a_run_without_makes_the_whole_record() {
+    let place = Folder::new();
+    ["a", "b", "c"].iter().for_each(|name| put(&place, &format!("in/{name}.gltf"), 0.5));
+    for (shard, made) in [("1/2", &["a", "c"][..]), ("array/2", &["b"])] {
+        let mut command = batch(&place, &["in"], &["--shard", shard, "--device", "cpu", "--json"]);
+        let output =
+            command.env("JOB_COMPLETION_INDEX", "1").assert().success().get_output().clone();
+        let record: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let made: Vec<_> = made.iter().map(|&name| (name, "done")).collect();
+        assert_eq!(states(&record), pairs(&made));
+    }
+    let record = place.read_json("out/batch-2-of-2.json");
+    assert_eq!(states(&record), pairs(&[("b", "done")]));
+    assert!(!place.path("out/batch.json").exists());
+
+    let (record, _) = run(&place, &["in"], &["--device", "cpu"], 0);
+    assert_eq!(states(&record), pairs(&["a", "b", "c"].map(|name| (name, "skipped"))));
+    let table = std::fs::read_to_string(place.path("out/batch.csv")).unwrap();
+    assert_eq!(table.lines().count(), 4);
+    let page = std::fs::read_to_string(place.path("out/index.html")).unwrap();
+    assert!(page.contains("3 of 3 designs") && page.contains("src=\"b/best.png\""));
+
+    let refused = |shard: &str| batch(&place, &["in"], &["--shard", shard]).assert().code(2);
+    ["0/2", "3/2", "2"].into_iter().for_each(|shard| drop(refused(shard)));
 }

@@ -114,3 +114,21 @@ fn a_killed_process_is_the_failure_of_its_item() {
     assert!(reason.contains("SIGKILL") && reason.contains("not enough memory"), "{reason}");
     assert_eq!(record["items"][1]["state"], "done");
 }
+
+#[test]
+fn a_design_that_takes_too_long_is_given_up() {
+    let place = Folder::new();
+    std::fs::write(place.path("a.gltf"), ball().to_string()).unwrap();
+    let list = "[[item]]\nscene = \"a.gltf\"\nname = \"slow\"\nsize = \"4000x4000\"\n\
+                [[item]]\nscene = \"a.gltf\"\nname = \"quick\"\nsize = \"8x8\"\n";
+    std::fs::write(place.path("list.toml"), list).unwrap();
+    let batch = ["batch", "list.toml", "--out", "out", "--device", "cpu", "--timeout"];
+    place.klieg(&[&batch[..], &["5"]].concat()).assert().code(1);
+    let record = place.read_json("out/batch.json");
+    assert_eq!((&record["done"], &record["failed"]), (&json!(1), &json!(1)));
+    assert_eq!(record["items"][0]["reason"], "it took longer than 5 s (--timeout)");
+    assert_eq!(place.list("out"), ["batch.csv", "batch.json", "index.html", "quick"]);
+    for faulty in ["0", "-1", "soon"] {
+        place.klieg(&[&batch[..], &[faulty]].concat()).assert().code(2);
+    }
+}

@@ -8,6 +8,7 @@ pub mod exhibit;
 pub mod html;
 pub mod json;
 pub mod npy;
+pub mod overview;
 pub mod paper;
 pub mod picture;
 pub mod plot;

@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+use wait_timeout::ChildExt as _;
 
 /// Name of the subcommand that such a process runs.
 pub const COMMAND: &str = "batch-item";
@@ -31,11 +33,11 @@ struct Task {
     announce: bool,
 }
 
-/// Makes an item in a process of its own.
+/// Makes an item in a process of its own, within `limit`.
 ///
 /// # Errors
 /// What that process reports, and how it ended if it did not.
-pub fn design(item: &Item, out: &Path, announce: bool) -> Result<Report> {
+pub fn design(item: &Item, out: &Path, announce: bool, limit: Option<Duration>) -> Result<Report> {
     let Item { name, scene, settings } = item;
     let task = Task {
         name: name.clone(),
@@ -57,8 +59,15 @@ pub fn design(item: &Item, out: &Path, announce: bool) -> Result<Report> {
         // One that has ended before it read all says so by its status.
         let _ = stdin.write_all(&task);
     }
-    let output = process.wait_with_output().context("waiting for an item's process")?;
-    report(&output)
+    let waiting = "waiting for an item's process";
+    if let Some(limit) = limit
+        && process.wait_timeout(limit).context(waiting)?.is_none()
+    {
+        process.kill().and_then(|()| process.wait()).context("ending an item's process")?;
+        let seconds = limit.as_secs_f64();
+        return Err(anyhow!("it took longer than {seconds} s (--timeout)"));
+    }
+    report(&process.wait_with_output().context(waiting)?)
 }
 
 /// What a process has reported.

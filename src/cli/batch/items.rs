@@ -1,5 +1,6 @@
 //! From folders, lists and files to the designs of a batch.
 
+use super::record::Files;
 use crate::cli::config::{CameraKey, Settings, ViewSettings};
 use crate::cli::input;
 use crate::cli::values::{Lights, Size};
@@ -10,9 +11,6 @@ use std::collections::HashSet;
 use std::ffi::OsStr;
 use std::path::{Component, Path, PathBuf};
 use toml::Spanned;
-
-/// The batch's own file, which no item's folder may be named after.
-pub const RECORD: &str = "batch.json";
 
 /// Most bytes of a name; file systems allow 255.
 const MAX_NAME: usize = 120;
@@ -96,7 +94,7 @@ struct Gathered<'a> {
 
 impl<'a> Gathered<'a> {
     fn new(settings: &'a Settings) -> Self {
-        let names = HashSet::from([RECORD.to_owned()]);
+        let names = HashSet::from(Files::default().names());
         Self { settings, items: Vec::new(), names, known: HashSet::new() }
     }
 

@@ -5,6 +5,7 @@ mod ahead;
 mod isolate;
 mod items;
 mod record;
+mod shard;
 mod stamp;
 
 use super::config::Settings;
@@ -24,7 +25,8 @@ use anyhow::{Context, Result};
 use clap::Args;
 use indicatif::ProgressBar;
 use items::Item;
-use record::Record;
+use record::{Files, Record};
+use shard::Shard;
 use stamp::Scores;
 use std::ops::ControlFlow;
 use std::panic::AssertUnwindSafe;
@@ -63,6 +65,13 @@ pub(super) struct Options {
     /// ends that one alone
     #[arg(long)]
     isolate: bool,
+    /// Give up a design that takes longer; each is made in a process of its own then
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    timeout: Option<Duration>,
+    /// Make the third of every 16 designs alone, for 16 machines that share the work; array/16 for the jobs of an
+    /// array. Its record is batch-3-of-16.json. Afterwards a run without it makes the record of all
+    #[arg(long, value_name = "3/16")]
+    shard: Option<Shard>,
     /// Print batch.json, and nothing else, on standard output
     #[arg(long)]
     json: bool,
@@ -80,6 +89,13 @@ impl Options {
     }
 }
 
+/// A time that is more than none.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().ok().filter(|seconds| *seconds > 0.0);
+    let limit = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    limit.ok_or_else(|| "not a number of seconds above 0".into())
+}
+
 /// What stands on the progress bar.
 const TEMPLATE: &str = "{bar:32} {pos}/{len} designs, {msg}, {eta} left";
 
@@ -88,7 +104,10 @@ pub(super) use items::gather;
 
 pub(super) fn run(options: &Options) -> Result<()> {
     let settings = options.settings()?;
-    let items = items::gather(&options.inputs, &options.out, &settings)?;
+    let mut items = items::gather(&options.inputs, &options.out, &settings)?;
+    if let Some(shard) = options.shard {
+        items = shard.of(items);
+    }
     let finished = |item: &Item| stamp::finished(item, &options.out.join(&item.name));
     let scores: Vec<_> =
         items.iter().map(|item| finished(item).filter(|_| !options.force)).collect();
@@ -97,14 +116,15 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let scenes = items.iter().map(|item| item.scene.as_path());
     let named = options.inputs.iter().map(PathBuf::as_path).chain(options.look.config());
     batch.inputs = Inputs::new(scenes.chain(named));
-    batch.inputs.spare(&options.out, [items::RECORD])?;
+    batch.files = options.shard.map_or_else(Files::default, |shard| Files::named(&shard.stem()));
+    batch.inputs.spare(&options.out, batch.files.names())?;
     let todo: Vec<usize> = (0..items.len()).filter(|&index| scores[index].is_none()).collect();
     batch.bar.set_position((items.len() - todo.len()) as u64);
     batch.bar.reset_eta();
-    match (todo.is_empty(), options.isolate) {
+    match (todo.is_empty(), options.isolate || options.timeout.is_some()) {
         (true, _) => {}
         (false, false) => batch.design(&todo, &settings)?,
-        (false, true) => batch.design_isolated(&todo)?,
+        (false, true) => batch.design_isolated(&todo, options.timeout)?,
     }
     batch.bar.finish_and_clear();
     let text = batch.note()?;
@@ -125,7 +145,9 @@ struct Batch<'a> {
     /// What no output may replace, beside the files of its own scene.
     inputs: Inputs,
     record: Record,
-    /// Whether there is a `batch.json`.
+    /// The record's.
+    files: Files,
+    /// Whether there is a record.
     recorded: bool,
     /// Whether to say what computes.
     announce: bool,
@@ -157,6 +179,7 @@ impl<'a> Batch<'a> {
             items,
             inputs: Inputs::default(),
             record,
+            files: Files::default(),
             recorded: true,
             announce: true,
             bar: progress::bar(Some(items.len() as u64), TEMPLATE, quiet),
@@ -211,8 +234,8 @@ impl<'a> Batch<'a> {
         })
     }
 
-    /// The same, each in a process of its own.
-    fn design_isolated(&mut self, todo: &[usize]) -> Result<()> {
+    /// The same, each in a process of its own, which may take so long.
+    fn design_isolated(&mut self, todo: &[usize], limit: Option<Duration>) -> Result<()> {
         self.note()?;
         let interrupt = Interrupt::listen()?;
         for &index in todo {
@@ -223,7 +246,7 @@ impl<'a> Batch<'a> {
             self.bar.set_message(item.name.clone());
             let announce = self.record.device.is_none();
             let made = self.spare(item).and_then(|()| {
-                let report = isolate::design(item, self.out, announce)?;
+                let report = isolate::design(item, self.out, announce, limit)?;
                 self.record.device = self.record.device.take().or(report.device.clone());
                 report.made()
             });
@@ -319,7 +342,7 @@ impl<'a> Batch<'a> {
         self.record.count(milliseconds(self.begin));
         let text = json::text(&self.record)?;
         if self.recorded {
-            record::write(&text, self.out)?;
+            self.record.write(&text, &self.files, self.out)?;
         }
         self.noted = (Instant::now(), begin.elapsed());
         Ok(text)

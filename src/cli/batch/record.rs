@@ -1,11 +1,11 @@
 //! How a batch stands: `batch.json`, and the same for people.
 
-use super::items::{Item, RECORD};
+use super::items::Item;
 use super::stamp::Scores;
 use crate::Error;
 use crate::cli::print;
 use crate::design::profile::Profile;
-use crate::report::Staging;
+use crate::report::{Staging, overview};
 use anyhow::{Context, Result, anyhow};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -47,6 +47,21 @@ struct Row {
     input: bool,
 }
 
+impl Row {
+    /// The same for people.
+    fn entry(&self) -> overview::Entry<'_> {
+        overview::Entry {
+            name: &self.name,
+            scene: &self.scene,
+            state: self.state.name(),
+            headlight: self.scores.map(|scores| scores.headlight),
+            score: self.scores.map(|scores| scores.score),
+            seconds: self.milliseconds.map(|milliseconds| milliseconds / 1e3),
+            reason: self.reason.as_deref(),
+        }
+    }
+}
+
 /// What became of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -59,6 +74,18 @@ pub enum State {
     Skipped,
     /// Not to be had.
     Failed,
+}
+
+impl State {
+    /// Its name in files.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Done => "done",
+            Self::Skipped => "skipped",
+            Self::Failed => "failed",
+        }
+    }
 }
 
 /// What the process of an item reports of it: nothing where the user ended the search.
@@ -140,7 +167,7 @@ impl Record {
     pub fn line(&self, index: usize) -> String {
         let Row { name, state, scores, milliseconds, .. } = &self.items[index];
         let all = self.items.len();
-        let state = format!("{state:?}").to_lowercase();
+        let state = state.name();
         let scores = scores.map_or(String::new(), |Scores { headlight, score }| {
             format!(", F {score:.4} (headlight {headlight:.4})")
         });
@@ -155,7 +182,7 @@ impl Record {
         for row in &self.items {
             table.add_row([
                 row.name.clone(),
-                format!("{:?}", row.state).to_lowercase(),
+                row.state.name().to_owned(),
                 number(row.scores.map(|scores| scores.headlight)),
                 number(row.scores.map(|scores| scores.score)),
                 row.milliseconds.map_or(String::new(), |x| format!("{:.1}", x / 1e3)),
@@ -175,6 +202,20 @@ impl Record {
             "{table}\n\n{done} done, {skipped} skipped, {failed} failed{waiting} in {:.1} s{rate}\n{reasons}",
             self.milliseconds / 1e3
         )
+    }
+
+    /// Puts the record in its place, as JSON, which is there as `text`, as a table and as a page.
+    ///
+    /// # Errors
+    /// [`Error::Output`].
+    pub fn write(&self, text: &str, files: &Files, out: &Path) -> Result<()> {
+        let rows: Vec<_> = self.items.iter().map(Row::entry).collect();
+        let mut staging = Staging::new(out)?;
+        staging.write(&files.json, text)?;
+        staging.write(&files.csv, overview::table(&rows)?)?;
+        staging.write(&files.page, overview::page(&rows)?)?;
+        staging.publish()?;
+        Ok(())
     }
 
     /// Whether all is well.
@@ -200,13 +241,29 @@ impl Record {
     }
 }
 
-/// Puts `batch.json` in its place.
-///
-/// # Errors
-/// [`Error::Output`].
-pub fn write(text: &str, out: &Path) -> crate::Result<()> {
-    let mut staging = Staging::new(out)?;
-    staging.write(RECORD, text)?;
-    staging.publish()?;
-    Ok(())
+/// The names of a record's files.
+#[derive(Debug)]
+pub struct Files {
+    json: String,
+    csv: String,
+    page: String,
+}
+
+impl Default for Files {
+    fn default() -> Self {
+        Self { page: "index.html".into(), ..Self::named("batch") }
+    }
+}
+
+impl Files {
+    /// All after one name.
+    pub fn named(stem: &str) -> Self {
+        let [json, csv, page] = ["json", "csv", "html"].map(|end| format!("{stem}.{end}"));
+        Self { json, csv, page }
+    }
+
+    /// All of them.
+    pub fn names(&self) -> [String; 3] {
+        [self.json.clone(), self.csv.clone(), self.page.clone()]
+    }
 }
