@@ -2,14 +2,17 @@
 
 use super::config::{First, Settings};
 use super::lights::role;
-use super::session::Session;
-use crate::design::{Mood, intent, start};
+use super::session::{SIZE, Session};
+use super::values::Size;
+use crate::design::{Look, Mood, intent, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::{Rig, Role};
+use crate::scene::load::read_picture;
 use crate::{Error, Result};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// What light is wanted.
@@ -28,6 +31,10 @@ pub(super) struct IntentOptions {
     /// Let no light stand below the horizon of the scene's centre
     #[arg(long)]
     no_below: bool,
+    /// Light like that of a picture, a PNG, JPEG or WebP file, transparent where it shows nothing of the kind: its
+    /// brightnesses and gradients, and the tints of its lights and shadows
+    #[arg(long, value_name = "PICTURE")]
+    like: Option<PathBuf>,
     /// Keep a light of the rig that --first names as it is, by its role or its number from 0, or one value of it, as in
     /// fill.azimuth. Several times for several
     #[arg(long = "keep", value_name = "LIGHT[.VALUE]")]
@@ -35,8 +42,22 @@ pub(super) struct IntentOptions {
 }
 
 impl IntentOptions {
+    /// The picture that they name.
+    pub fn picture(&self) -> Option<&Path> {
+        self.like.as_deref()
+    }
+
     /// Puts these options in the place of `settings`.
-    pub fn apply(&self, settings: &mut Settings) {
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a picture that cannot be used.
+    pub fn apply(&self, settings: &mut Settings) -> Result<()> {
+        if let Some(path) = &self.like {
+            let Size([width, height]) = settings.view.size.unwrap_or(SIZE);
+            let look = Look::of(&read_picture(path)?, width.max(height));
+            let look = look.map_err(|fault| Error::input(path, fault))?;
+            look.steer(&mut settings.objective, &mut settings.lights.boxes)?;
+        }
         let intent = &mut settings.intent;
         intent.brightness = self.brightness.unwrap_or(intent.brightness);
         intent.contrast = self.contrast.unwrap_or(intent.contrast);
@@ -45,6 +66,7 @@ impl IntentOptions {
         if !self.keeps.is_empty() {
             settings.lights.hold.clone_from(&self.keeps);
         }
+        Ok(())
     }
 }
 

@@ -17,6 +17,7 @@ mod lights;
 mod messages;
 pub mod optimizer;
 mod options;
+mod painter;
 mod paper;
 mod picture;
 mod pipelines;
