@@ -937,7 +937,7 @@ typedef struct klieg_term_info {
     // What it says of a picture, in English: a sentence without its subject.
     const char *meaning;
     // What pictures have to be measured for besides their brightness and gradients, which takes time:
-    // "detail", "channels", "irradiance", "target", "background" or several of them with spaces between;
+    // "detail", "channels", "irradiance", "target", "background", "example" or several of them with spaces between;
     // empty for nothing.
     const char *needs;
 } klieg_term_info;

@@ -16,6 +16,7 @@ layout(constant_id = 3) const bool APPEARANCE = false; // whether there are such
 
 shared uint bins[GROUP * PACKED];
 shared float disorder[GROUP]; // -p ln p
+shared uint tally[BINS]; // pixels of each bin
 shared Moments moments[GROUP];
 shared Gradient gradients[GROUP];
 shared Appearance appearances[GROUP];
@@ -78,6 +79,18 @@ void gather_appearance(uint individual, uint lane) {
     appearances[lane] = sum;
 }
 
+// Mean distance of the percentiles from the example's, as a share of EXAMPLE_RANGE.
+float example_brightness(uint objects) {
+    uint below = 0;
+    float apart = 0.0;
+    // All pixels are below the end of the last bin in both.
+    for (uint bin = 0; bin < BINS - 1; ++bin) {
+        below += tally[bin];
+        apart += abs(float(below) / float(max(objects, 1)) - example_entry(bin));
+    }
+    return min(apart / float(BINS) / EXAMPLE_RANGE, 1.0);
+}
+
 // Unit vector towards the individual's first key light; 0 without any.
 vec3 key_direction(uint place) {
     for (uint i = 0; i < chunk.lights; ++i) {
@@ -106,6 +119,7 @@ void main() {
             count += bins[l * BINS + lane];
         }
         details[place].histogram[lane] = count;
+        tally[lane] = count;
     }
     float p = float(count) / float(max(objects, 1));
     disorder[lane] = count > 0 ? -p * log(p) : 0.0;
@@ -149,7 +163,7 @@ void main() {
     picture.key_x = key.x;
     picture.key_y = key.y;
     picture.key_z = key.z;
-    scores[place] = weighted_terms(picture, disorder[0]);
+    scores[place] = weighted_terms(picture, disorder[0], example_brightness(objects));
     details[place].edge_contrast = picture.edge_contrast;
     details[place].mean = picture.mean;
     details[place].variance = picture.variance;

@@ -39,6 +39,10 @@ constants! {
     RANGE_ENOUGH: f32 = 0.2;
     /// `F_spread`: largest standard deviation of values in 0..1.
     SPREAD_MOST: f32 = 0.5;
+    /// `F_example`: mean distance of the percentiles that makes their part 1.
+    EXAMPLE_RANGE: f32 = 0.25;
+    /// `F_example`: share of the gradient's part.
+    EXAMPLE_GRADIENT: f32 = 0.25;
     /// `F_burnt`: share of the object that may burn out.
     BURNT_TOLERATED: f32 = 0.005;
     /// `F_burnt`: share beyond it that makes the term 1.

@@ -109,6 +109,7 @@ fn the_schema_of_the_result() {
         "objective.targets.edge_contrast",
         "objective.targets.edge_sobel",
         "objective.targets.edge_laplace",
+        "objective.targets.example",
         "objective.targets.background",
         "headlight.score",
         "lights[].role",

@@ -55,7 +55,7 @@ fn a_step_of_brightness_is_seen_in_the_mean_lightness() {
     let place = Folder::new();
     let means = ["-1", "0", "1"].map(|steps| {
         let out = format!("steps{steps}");
-        let result = design(&place, &out, &["--brightness", steps]);
+        let result = design(&place, &out, &["--brightness", steps, "--generations", "40"]);
         assert_eq!(result["intent"]["brightness"].as_f64(), steps.parse().ok());
         mean(&lightness(&place, &out))
     });
@@ -150,4 +150,75 @@ fn wishes_that_make_no_sense_are_faults_of_the_user() {
         assert!(fault.contains(said), "{more:?}: {fault}");
         assert!(!place.path("out/result.json").exists());
     }
+}
+
+#[test]
+fn the_statistics_of_an_example_come_back() {
+    let place = Folder::new();
+    let made = design(&place, "made", &["--mood", "dramatic", "--brightness", "1"]);
+    let like = place.path("made/best.png");
+    let found = design(&place, "like", &["--like", like.to_str().unwrap(), "--seed", "9"]);
+    design(&place, "usual", &["--seed", "9"]);
+    let [wanted, found_l, usual] = ["made", "like", "usual"].map(|out| lightness(&place, out));
+    // Percentiles, the tenth to the ninetieth.
+    let apart = |a: &[f32], b: &[f32]| {
+        let at = |all: &[f32], tenth: usize| all[all.len() * tenth / 10];
+        mean(&(1..10).map(|tenth| (at(a, tenth) - at(b, tenth)).abs()).collect::<Vec<_>>())
+    };
+    let (near, far) = (apart(&found_l, &wanted), apart(&usual, &wanted));
+    assert!(near < 6.0 && 2.0 * near < far, "{near} {far}");
+    let example = &found["objective"]["targets"]["example"];
+    assert_eq!(example["histogram"].as_array().unwrap().len(), 32);
+    assert!(found["terms"]["example"].as_f64().unwrap() < 0.25, "{found}");
+    assert!(made["terms"].get("example").is_none());
+}
+
+#[test]
+fn pictures_that_cannot_be_used_are_faults_of_the_user() {
+    let place = Folder::new();
+    std::fs::write(place.path("text.png"), "no picture").unwrap();
+    let small = image::RgbaImage::from_pixel(2, 2, Rgba([9, 9, 9, 0]));
+    small.save(place.path("small.png")).unwrap();
+    let whole = std::fs::read(place.path("small.png")).unwrap();
+    std::fs::write(place.path("cut.png"), &whole[..whole.len() - 20]).unwrap();
+    for (more, said) in [
+        (["--like", "absent.png"], "absent.png"),
+        (["--like", "text.png"], "text.png: it is neither PNG nor JPEG"),
+        (["--like", "cut.png"], "cut.png: it cannot be decoded"),
+        (["--like", "small.png"], "small.png: the picture is transparent everywhere"),
+        (["--target-picture", "text.png"], "text.png: it is neither PNG nor JPEG"),
+        (["--target-picture", "small.png"], "small.png: the target picture has 2x2 pixels"),
+    ] {
+        let fault = place.design("out", &more).assert().code(2).get_output().stderr.clone();
+        let fault = String::from_utf8(fault).unwrap();
+        assert!(fault.contains(said), "{more:?}: {fault}");
+        assert!(!place.path("out/result.json").exists(), "{more:?}");
+    }
+    design(&place, "out", &["--generations", "1"]);
+    let before = std::fs::read(place.path("out/best.png")).unwrap();
+    for option in ["--like", "--target-picture"] {
+        place.design("out", &[option, "out/best.png"]).assert().code(2);
+        assert_eq!(std::fs::read(place.path("out/best.png")).unwrap(), before);
+    }
+}
+
+#[test]
+fn a_target_picture_is_painted() {
+    let place = Folder::new();
+    let warm = ["--warm", "key=3500K", "--generations", "8"];
+    design(&place, "made", &warm);
+    let target = place.path("made/best.png");
+    let more = ["--target-picture", target.to_str().unwrap(), "--seed", "4", "--generations", "40"];
+    let found = design(&place, "found", &more);
+    design(&place, "usual", &["--generations", "8", "--seed", "4"]);
+    // Mean distance of the channels, 0..=255.
+    let apart = |out: &str| {
+        let [a, b] = ["made", out].map(|out| {
+            image::open(place.path(out).join("best.png")).unwrap().to_rgba8().into_raw()
+        });
+        let off = std::iter::zip(&a, &b).map(|(a, b)| f32::from(a.abs_diff(*b)));
+        off.sum::<f32>() / a.len() as f32
+    };
+    assert!(apart("found") < 4.0, "{} {found}", apart("found"));
+    assert!(apart("usual") > 4.0 * apart("found"), "{}", apart("usual"));
 }

@@ -52,6 +52,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 background,
                 spread_target,
                 weights,
+                example,
             }),
         ),
         (

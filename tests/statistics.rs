@@ -10,7 +10,7 @@ use klieg::lighting::{LightRecord, Population};
 use klieg::math::color::luminance;
 use klieg::objective::maps::{Maps, PixelType};
 use klieg::objective::terms::TERMS;
-use klieg::objective::{MeanTarget, Objective, Quality, Terms};
+use klieg::objective::{Example, HISTOGRAM_BINS, MeanTarget, Objective, Quality, Terms};
 use klieg::scene::view::View;
 use klieg_support::gpu::{assert_valid, ball, view, with_tuning};
 use rand::{RngExt, SeedableRng};
@@ -24,11 +24,15 @@ fn all_terms() -> Objective {
     let weights = Terms::named(TERMS.iter().map(|term| (term.name, weight))).expect("their names");
     let (mean_target, background) = (MeanTarget::Scene, Some(0.4));
     let (mean_stops, spread_target) = (-0.5, 0.3);
+    let mut histogram = [0.0; HISTOGRAM_BINS];
+    (0..HISTOGRAM_BINS).for_each(|bin| histogram[bin] = (bin + 1) as f32 / 528.0);
+    let example = Some(Example { histogram, gradient: 0.03 });
     Objective {
         weights,
         mean_target,
         mean_stops,
         spread_target,
+        example,
         background,
         ..Objective::default()
     }

@@ -4,7 +4,7 @@ use klieg::lighting::direction;
 use klieg::objective::maps::{PixelCounts, Shape, ViewStatistics};
 use klieg::objective::terms::TERMS;
 use klieg::objective::{
-    HISTOGRAM_BINS, Irradiance, MeanTarget, Objective, Statistics, Term, Terms, terms,
+    Example, HISTOGRAM_BINS, Irradiance, MeanTarget, Objective, Statistics, Term, Terms, terms,
 };
 use std::path::Path;
 
@@ -98,11 +98,29 @@ fn by_hand() -> Vec<(&'static str, Statistics, ViewStatistics, f32)> {
         ("outline", picture(|_| ()), view(), 0.0),
         ("outline", picture(|p| p.outline = 0.35), view(), 0.35),
         ("outline", picture(|p| p.outline = 1.0), view(), 1.0),
+        ("example", counted(&[(0, 50), (8, 50)], 0.1), view(), 0.0),
+        // Half of the pixels eight bins too low: an eighth of the range, half of what makes it 1; half of the gradient.
+        ("example", counted(&[(0, 100)], 0.05), view(), 0.5),
+        ("example", counted(&[(31, 100)], 0.1), view(), 0.75),
         // 0.2 is aimed at, of which 0.3 is the largest distance.
         ("spread", picture(|p| p.variance = 0.04), view(), 0.0),
         ("spread", picture(|p| p.variance = 0.0025), view(), 0.5),
         ("spread", picture(|p| p.variance = 0.25), view(), 1.0),
     ]
+}
+
+/// The default with an example: half of it black, half at a quarter of the range.
+fn objective() -> Objective {
+    let mut histogram = [0.0; HISTOGRAM_BINS];
+    (histogram[0], histogram[8]) = (0.5, 0.5);
+    Objective { example: Some(Example { histogram, gradient: 0.1 }), ..Objective::default() }
+}
+
+/// A picture of `view()` with these numbers of pixels in bins of the histogram.
+fn counted(counts: &[(usize, u32)], gradient: f32) -> Statistics {
+    let mut picture = Statistics { gradient, ..Statistics::default() };
+    counts.iter().for_each(|&(bin, count)| picture.histogram[bin] = count);
+    picture
 }
 
 /// Cases in which a formula is off, in words.
@@ -112,7 +130,7 @@ fn wrong(
 ) -> Vec<String> {
     let check = |(name, picture, view, expected): &(&str, Statistics, ViewStatistics, f32)| {
         let formula = formula.unwrap_or(Term::named(name).expect("a term").formula);
-        let found = formula(picture, view, &Objective::default());
+        let found = formula(picture, view, &objective());
         let off = (found - expected).abs();
         (off.is_nan() || off > 1e-5).then(|| format!("{name}: {found}, not {expected}"))
     };
@@ -143,12 +161,13 @@ fn the_target_of_the_mean_is_the_objectives() {
     };
     // Of 0.75, the largest distance there can be.
     close(judged(MeanTarget::Value(0.25)), 0.5, 1e-6);
-    // A stop above 0.5, 0.214 linear, is 0.428, encoded as 0.6858; two more end at 0.9, and four below at 0.1.
+    // A stop above 0.5, 0.214 linear, is 0.428, encoded as 0.6858; two more end
+    // at 0.9. Four below is 0.0134, encoded as 0.1198.
     let moved = |mean_stops: f32, mean: f32| {
         let objective = Objective { mean_stops, ..Objective::default() };
         f64::from(formula(&picture(|p| p.mean = mean), &view(), &objective))
     };
-    for (stops, mean) in [(1.0, 0.6858), (3.0, 0.9), (-4.0, 0.1)] {
+    for (stops, mean) in [(1.0, 0.6858), (3.0, 0.9), (-4.0, 0.1198)] {
         close(moved(stops, mean), 0.0, 2e-4);
     }
     // Half of the view's base luminance 0.5 is encoded as 0.5371.
@@ -173,12 +192,12 @@ fn only_what_terms_of_some_weight_need_is_measured() {
     }
     assert!(objective.needs().names().next().is_none());
     let free: Vec<_> = objective.measured().names().collect();
-    assert_eq!(free, ["edge", "mean", "grad", "var", "hist", "range", "direction"]);
+    assert_eq!(free, ["edge", "mean", "grad", "var", "hist", "range", "direction", "spread"]);
     objective.weights.set(Term::named("unlit").expect("a term"), 0.5).expect("room");
     assert!(objective.measured().names().any(|name| name == "relief"), "both need irradiance");
     let quality = objective.quality(&picture(|p| (p.mean, p.unlit) = (0.5, 0.05)), &view());
     close(quality.score.into(), 0.5 * 0.2, 1e-6);
-    assert_eq!(quality.terms.names().count(), 9);
+    assert_eq!(quality.terms.names().count(), 10);
 }
 
 #[test]

@@ -24,7 +24,13 @@ layout(set = 0, binding = 0, std140) uniform Parameters {
     float background; // luminance behind the objects, sRGB-encoded
     float spread_target;
     vec4 weights[4]; // of the terms, in the order of term() in terms.glsl
+    vec4 example[8]; // share of the pixels up to each bin but the last, in whose place is the gradient
 } parameters;
+
+// An entry of the example.
+float example_entry(uint at) {
+    return parameters.example[at / 4][at % 4];
+}
 
 // Unit vector to the viewer. There is no branch: Mesa 22.3 makes software devices compile a shader in which
 // one depends on uniforms alone again for each dispatch.

@@ -16,9 +16,10 @@
 #include "terms/target.glsl"
 #include "terms/outline.glsl"
 #include "terms/spread.glsl"
+#include "terms/example.glsl"
 
 // F: the weighted sum of the terms. A term of weight 0 is not computed.
-float weighted_terms(Detail picture, float disorder) {
+float weighted_terms(Detail picture, float disorder, float brightness) {
     float sum = 0.0;
 #define TERM(index, value) \
     if (parameters.weights[index / 4][index % 4] > 0.0) { \
@@ -38,6 +39,7 @@ float weighted_terms(Detail picture, float disorder) {
     TERM(11, term_target(picture))
     TERM(12, term_outline(picture))
     TERM(13, term_spread(picture))
+    TERM(14, term_example(picture, brightness))
 #undef TERM
     return sum;
 }

@@ -40,7 +40,7 @@ pub struct klieg_term_info {
     /// What it says of a picture, in English: a sentence without its subject.
     pub meaning: *const c_char,
     /// What pictures have to be measured for besides their brightness and gradients, which takes time:
-    /// "detail", "channels", "irradiance", "target", "background" or several of them with spaces between;
+    /// "detail", "channels", "irradiance", "target", "background", "example" or several of them with spaces between;
     /// empty for nothing.
     pub needs: *const c_char,
 }
@@ -301,6 +301,7 @@ pub(super) unsafe fn read_objective(given: &klieg_objective) -> Outcome<Objectiv
         edge_contrast: given.edge_contrast,
         edge_sobel: given.edge_sobel,
         edge_laplace: given.edge_laplace,
+        example: None,
         background: Some(given.background).filter(|&b| b != KLIEG_NO_BACKGROUND),
     })
 }

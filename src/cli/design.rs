@@ -5,6 +5,7 @@ use super::config::Settings;
 use super::designer;
 use super::device;
 use super::options::{SceneOptions, SearchOptions, TargetOptions};
+use super::painter;
 use super::picture::PictureOptions;
 use super::print;
 use super::progress::{self, Interrupt};
@@ -12,13 +13,13 @@ use super::session::Session;
 use crate::design::profile;
 use crate::design::{Journal, Outcome, Progress};
 use crate::lighting::genome::Genome;
-use crate::report::Staging;
 use crate::report::json::{self, Design};
+use crate::report::{Inputs, Staging};
 use anyhow::Result;
 use clap::Args;
 use indicatif::ProgressBar;
 use std::cell::RefCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Find the best lights for a scene
@@ -36,6 +37,10 @@ pub(super) struct Options {
     out: PathBuf,
     #[command(flatten)]
     search: SearchOptions,
+    /// Make this picture, a PNG of the design's size and view, such as a painted-over best.png: intensities and colours
+    /// of the lights are solved for, and their places searched. What is not opaque is free
+    #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "keeps", "like"])]
+    target_picture: Option<PathBuf>,
     #[command(flatten)]
     checkpoint: CheckpointOptions,
     #[command(flatten)]
@@ -56,12 +61,15 @@ impl Options {
         let settings = settings.steered()?;
         let genome = settings.genome()?;
         let mut session = Session::open(self.scene.path()?, settings)?;
-        let inputs = session.inputs(self.scene.config());
+        let pictures = self.target_picture.as_deref().into_iter().chain(self.search.picture());
+        let mut inputs = session.inputs(self.scene.config());
+        inputs.extend(Inputs::new(pictures));
         inputs.spare(&self.out, designer::FILES)?;
         let mut staging = Staging::new(&self.out)?.sparing(inputs);
         let files = (&*self.out, &designer::FILES[..]);
         let journal = self.checkpoint.open(&mut session, files)?.map(RefCell::new);
-        let outcome = search(&mut session, &genome, journal.as_ref(), self.scene.json)?;
+        let way = (self.target_picture.as_deref(), journal.as_ref());
+        let outcome = search(&mut session, &genome, way, self.scene.json)?;
         let design = designer::write(&mut session, &outcome, &mut staging)?;
         let files = staging.publish()?;
         if outcome.stopped {
@@ -89,7 +97,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
 fn search(
     session: &mut Session,
     genome: &Genome,
-    journal: Option<&RefCell<Journal>>,
+    (picture, journal): (Option<&Path>, Option<&RefCell<Journal>>),
     quiet: bool,
 ) -> Result<Outcome> {
     let interrupt = Interrupt::listen()?;
@@ -97,11 +105,15 @@ fn search(
     let begin = Instant::now();
     let mut observe = |progress: &Progress| {
         let rate = progress.evaluations as f64 / begin.elapsed().as_secs_f64();
-        bar.set_message(format!("F {:.4}, {rate:.0} evaluations/s", progress.best));
+        let name = if picture.is_some() { "distance" } else { "F" };
+        bar.set_message(format!("{name} {:.4}, {rate:.0} evaluations/s", progress.best));
         bar.set_position(progress.generation as u64);
         interrupt.check()
     };
-    let outcome = designer::search(session, genome, journal, &mut observe)?;
+    let outcome = match picture {
+        Some(picture) => painter::search(session, genome, picture, &mut observe)?,
+        None => designer::search(session, genome, journal, &mut observe)?,
+    };
     bar.finish_and_clear();
     Ok(outcome)
 }

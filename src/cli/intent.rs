@@ -1,9 +1,14 @@
 //! Options that say what light is wanted.
 
-use crate::design::Mood;
+use crate::design::{Look, Mood};
+use crate::scene::load::read_picture;
+use crate::session::SIZE;
 use crate::session::config::Settings;
 use crate::session::intent::Keep;
+use crate::session::values::Size;
+use crate::{Error, Result};
 use clap::Args;
+use std::path::{Path, PathBuf};
 
 /// What light is wanted.
 #[derive(Debug, Args)]
@@ -21,6 +26,10 @@ pub(super) struct IntentOptions {
     /// Let no light stand below the horizon of the scene's centre
     #[arg(long)]
     no_below: bool,
+    /// Light like that of a picture, a PNG, JPEG or WebP file, transparent where it shows nothing of the kind: its
+    /// brightnesses and gradients, and the tints of its lights and shadows
+    #[arg(long, value_name = "PICTURE")]
+    like: Option<PathBuf>,
     /// Keep a light of the rig that --first names as it is, by its role or its number from 0, or one value of it, as in
     /// fill.azimuth. Several times for several
     #[arg(long = "keep", value_name = "LIGHT[.VALUE]")]
@@ -28,8 +37,22 @@ pub(super) struct IntentOptions {
 }
 
 impl IntentOptions {
+    /// The picture that they name.
+    pub fn picture(&self) -> Option<&Path> {
+        self.like.as_deref()
+    }
+
     /// Puts these options in the place of `settings`.
-    pub fn apply(&self, settings: &mut Settings) {
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a picture that cannot be used.
+    pub fn apply(&self, settings: &mut Settings) -> Result<()> {
+        if let Some(path) = &self.like {
+            let Size([width, height]) = settings.view.size.unwrap_or(SIZE);
+            let look = Look::of(&read_picture(path)?, width.max(height));
+            let look = look.map_err(|fault| Error::input(path, fault))?;
+            look.steer(&mut settings.objective, &mut settings.lights.boxes)?;
+        }
         let intent = &mut settings.intent;
         intent.brightness = self.brightness.unwrap_or(intent.brightness);
         intent.contrast = self.contrast.unwrap_or(intent.contrast);
@@ -38,5 +61,6 @@ impl IntentOptions {
         if !self.keeps.is_empty() {
             settings.lights.hold.clone_from(&self.keeps);
         }
+        Ok(())
     }
 }

@@ -27,7 +27,9 @@ mod terms;
 mod thumbnail;
 pub mod values;
 
-use crate::session::{self, config, describe, designer, device, input, is_input, optimizer, rig};
+use crate::session::{
+    self, config, describe, designer, device, input, is_input, optimizer, painter, rig,
+};
 use clap::{Parser, Subcommand};
 
 /// Finds the lights that make a glTF scene easiest to see.

@@ -292,6 +292,11 @@ impl TargetOptions {
 }
 
 impl SearchOptions {
+    /// The picture that they name.
+    pub fn picture(&self) -> Option<&Path> {
+        self.intent.picture()
+    }
+
     /// Puts these options in the place of `settings`.
     ///
     /// # Errors
@@ -304,8 +309,8 @@ impl SearchOptions {
         if let Some(intensities) = self.intensities {
             settings.lights.set_intensities(intensities == Intensities::One);
         }
+        self.intent.apply(settings)?;
         self.look.apply(settings)?;
-        self.intent.apply(settings);
         let search = &mut settings.search;
         search.population = self.population.unwrap_or(search.population);
         search.generations = self.generations.unwrap_or(search.generations);

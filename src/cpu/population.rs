@@ -81,8 +81,14 @@ fn lit(
     }))
 }
 
+/// Linear radiance that one light adds to pixel `at` towards the viewer; 0 in the background.
+pub fn added(maps: &Maps, view: &View, shading: &Shading, light: &LightRecord, at: usize) -> Vec3 {
+    let lit = radiance(maps, view, shading, std::slice::from_ref(light), at);
+    lit.map_or(Vec3::ZERO, |lit| lit - maps.reflectance(shading, at).unlit)
+}
+
 /// Linear radiance of pixel `at` towards the viewer; `None` in the background.
-fn radiance(
+pub fn radiance(
     maps: &Maps,
     view: &View,
     shading: &Shading,

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::error::within;
 use crate::evaluate::Evaluator;
 use crate::lighting::genome::Genome;
-use crate::objective::Objective;
+use crate::objective::{Example, Objective};
 use crate::optimize::Optimizer;
 use crate::scene::Scene;
 use crate::scene::view::View;
@@ -67,12 +67,15 @@ impl CoarseSettings {
 }
 
 /// What judges `small` pictures as `objective` judges those of `whole`: from pixel to pixel depth changes by more, and
-/// smooth surfaces must not count as edges.
+/// smooth surfaces must not count as edges. So does brightness, and an example's with it.
 pub fn objective(objective: &Objective, whole: &View, small: &View) -> Objective {
     let scale = whole.width.max(whole.height) as f32 / small.width.max(small.height) as f32;
     Objective {
         edge_sobel: scale * objective.edge_sobel,
         edge_laplace: scale * objective.edge_laplace,
+        example: objective
+            .example
+            .map(|example| Example { gradient: (scale * example.gradient).min(1.0), ..example }),
         ..*objective
     }
 }

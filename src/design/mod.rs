@@ -8,6 +8,8 @@ pub mod coarse;
 mod designer;
 pub mod intent;
 mod journal;
+pub mod like;
+pub mod paint;
 pub mod profile;
 pub mod race;
 pub mod start;
@@ -26,6 +28,7 @@ pub use coarse::CoarseSettings;
 pub use designer::Designer;
 pub use intent::{Intent, Mood};
 pub use journal::{Journal, Remembered};
+pub use like::Look;
 pub use race::{Course, race};
 
 /// How a search stands after a generation.

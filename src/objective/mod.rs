@@ -5,6 +5,7 @@
 //! (2001). The paper names its five terms but prints no formula, weight or threshold: what stands here is our
 //! reconstruction, `docs/METHOD.md`.
 
+mod example;
 pub mod maps;
 mod mean_target;
 pub mod shadows;
@@ -19,6 +20,7 @@ use crate::{Error, Result};
 use maps::ViewStatistics;
 use serde::{Deserialize, Serialize};
 
+pub use example::Example;
 pub use mean_target::MeanTarget;
 pub use statistics::{
     BURNT, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, Irradiance, OUTLINE_ENOUGH, Statistics, UNLIT,
@@ -56,6 +58,9 @@ pub struct Objective {
     pub edge_sobel: f32,
     /// Absolute Laplacian of the depth above which a pixel can be an edge, scene radii.
     pub edge_laplace: f32,
+    /// The example that term `example` aims at; without it the weights of terms that need one count as 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub example: Option<Example>,
     /// Luminance behind the objects, sRGB-encoded, 0..=1. Without it the weights of terms that need it count
     /// as 0. Files say it as the background of final pictures.
     #[serde(skip)]
@@ -72,6 +77,7 @@ impl Default for Objective {
             edge_contrast: 0.06,
             edge_sobel: 0.02,
             edge_laplace: 0.02,
+            example: None,
             background: None,
         }
     }
@@ -87,7 +93,7 @@ impl Objective {
         let counts = |(term, weight): (&Term, f32)| weight > 0.0 && self.can_measure(term);
         if !self.weights.iter().any(counts) {
             let fault = if self.weights.values().any(|weight| weight > 0.0) {
-                "all weights are 0 but those of terms that need a background, and none is given"
+                "all weights are 0 but those of terms that need a background or an example, and none is given"
             } else {
                 "all weights are 0: nothing to search for"
             };
@@ -101,6 +107,7 @@ impl Objective {
         within("objective.edge_contrast", self.edge_contrast, f32::MIN_POSITIVE, f32::MAX)?;
         within("objective.edge_sobel", self.edge_sobel, 0.0, f32::MAX)?;
         within("objective.edge_laplace", self.edge_laplace, 0.0, f32::MAX)?;
+        self.example.map_or(Ok(()), |example| example.check())?;
         self.background.map_or(Ok(()), |b| within("objective.background", b, 0.0, 1.0))
     }
 
@@ -121,9 +128,10 @@ impl Objective {
         self.weights.iter().all(|(term, _)| terms::TERMS.iter().any(|&own| std::ptr::eq(own, term)))
     }
 
-    /// Whether what a term needs of the background is given.
+    /// Whether the background and the example that a term needs are given.
     fn can_measure(&self, term: &Term) -> bool {
-        !term.needs.background || self.background.is_some()
+        (!term.needs.background || self.background.is_some())
+            && (!term.needs.example || self.example.is_some())
     }
 
     /// The mean brightness aimed at in a view, sRGB-encoded: [`MeanTarget::of`], moved by
@@ -137,7 +145,7 @@ impl Objective {
     }
 
     /// What pictures have to be measured for: what terms of a weight above 0 need. Those that need a background
-    /// do not count without one.
+    /// or an example do not count without one.
     pub fn needs(&self) -> Needs {
         let counts = |&(term, weight): &(&Term, f32)| weight > 0.0 && self.can_measure(term);
         let weighed = self.weights.iter().filter(counts);

@@ -25,6 +25,8 @@ pub struct Needs {
     pub target: bool,
     /// [`Statistics::outline`].
     pub background: bool,
+    /// Nothing more of pictures, but [`Objective::example`].
+    pub example: bool,
 }
 
 impl Needs {
@@ -35,6 +37,7 @@ impl Needs {
         irradiance: false,
         target: false,
         background: false,
+        example: false,
     };
     /// Visible detail.
     pub const DETAIL: Self = Self { detail: true, ..Self::NONE };
@@ -46,6 +49,8 @@ impl Needs {
     pub const TARGET: Self = Self { target: true, ..Self::NONE };
     /// The contrast of the outline with a given background.
     pub const BACKGROUND: Self = Self { background: true, ..Self::NONE };
+    /// A given example.
+    pub const EXAMPLE: Self = Self { example: true, ..Self::NONE };
 
     /// Whether what the lights do has to be known, and not the brightness alone.
     pub fn lights(self) -> bool {
@@ -60,6 +65,7 @@ impl Needs {
             irradiance: self.irradiance || other.irradiance,
             target: self.target || other.target,
             background: self.background || other.background,
+            example: self.example || other.example,
         }
     }
 
@@ -71,6 +77,7 @@ impl Needs {
             ("irradiance", self.irradiance),
             ("target", self.target),
             ("background", self.background),
+            ("example", self.example),
         ];
         all.into_iter().filter(|(_, needed)| *needed).map(|(name, _)| name)
     }

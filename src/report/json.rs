@@ -5,7 +5,7 @@ use crate::design::profile::Profile;
 use crate::design::{Intent, Outcome};
 use crate::evaluate::{DeviceInfo, Inspection};
 use crate::lighting::{Color, Cone, Light, LightKind, Role};
-use crate::objective::{MeanTarget, Objective, Quality, Terms};
+use crate::objective::{Example, MeanTarget, Objective, Quality, Terms};
 use crate::scene::Scene;
 use crate::scene::view::{Projection, View};
 use glam::DVec3;
@@ -126,6 +126,8 @@ pub struct Targets {
     pub edge_sobel: f32,
     /// Depth curvature of an edge.
     pub edge_laplace: f32,
+    /// The example's statistics; null where none was given.
+    pub example: Option<Example>,
     /// Luminance behind the objects; null where none was given.
     pub background: Option<f32>,
 }
@@ -140,6 +142,7 @@ impl From<&Objective> for ObjectiveRecord {
             edge_contrast,
             edge_sobel,
             edge_laplace,
+            example,
             background,
         } = objective;
         let targets = Targets {
@@ -149,6 +152,7 @@ impl From<&Objective> for ObjectiveRecord {
             edge_contrast,
             edge_sobel,
             edge_laplace,
+            example,
             background,
         };
         Self { weights, targets }

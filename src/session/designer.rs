@@ -64,7 +64,7 @@ fn first(
 }
 
 /// The rig that the settings name to begin with.
-fn first_rig(session: &Session) -> Result<Option<Rig>> {
+pub(super) fn first_rig(session: &Session) -> Result<Option<Rig>> {
     Ok(match session.settings.first {
         First::KMeans | First::Random => None,
         First::Scene => {
@@ -80,7 +80,7 @@ fn first_rig(session: &Session) -> Result<Option<Rig>> {
 }
 
 /// The search that the settings ask for, `count` of them side by side.
-fn optimizer(
+pub(super) fn optimizer(
     session: &mut Session,
     (genome, rig): (&Genome, Option<&[Light]>),
     count: u32,

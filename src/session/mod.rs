@@ -9,6 +9,7 @@ pub mod input;
 pub mod intent;
 mod message;
 pub mod optimizer;
+pub mod painter;
 pub mod picture;
 pub mod pipelines;
 pub mod profile;

@@ -14,13 +14,15 @@ from pathlib import Path
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMON = ["--device", "cpu", "--size", "192x192", "--coarse", "0", "--generations", "40", "-q"]
+BACKGROUND = (58, 60, 66)
+COMMON = ["--device", "cpu", "--size", "160x160", "--coarse", "0", "--generations", "40", "-q"]
 # Name of the row, the scene, and the options of each picture.
 ROWS = [
     ("brightness", "elephant", [["--brightness", str(step)] for step in (-2, -1, 0, 1, 2)]),
     ("contrast", "elephant", [["--contrast", str(step)] for step in (-2, -1, 0, 1, 2)]),
-    ("mood", "still-life", [["--mood", mood] for mood in ("soft", "natural", "dramatic")]),
+    ("mood", "elephant", [["--mood", mood] for mood in ("soft", "natural", "dramatic")]),
     ("below", "pair", [BELOW := ["--config", str(ROOT / "tools/intent/low.toml")], [*BELOW, "--no-below"]]),
+    ("like", "elephant", [["--mood", "dramatic", "--background", "transparent"], [], ["--like", "{0}"]]),
     ("warm", "pair", [[], ["--warm", "key=3000K"], ["--warm", "key=3000K", "--warm", "fill=12000K"]]),
 ]
 
@@ -29,7 +31,8 @@ def design(klieg: str, scene: str, options: list[str], folder: Path) -> Image.Im
     """The final picture of a design."""
     file = ROOT / "scenes" / f"{scene}.glb"
     subprocess.run([klieg, "design", file, "--out", folder, *COMMON, *options], check=True, stdout=subprocess.DEVNULL)
-    return Image.open(folder / "best.png").convert("RGB")
+    picture = Image.open(folder / "best.png").convert("RGBA")
+    return Image.alpha_composite(Image.new("RGBA", picture.size, BACKGROUND), picture).convert("RGB")
 
 
 def main() -> None:
@@ -39,7 +42,11 @@ def main() -> None:
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as place:
         for name, scene, pictures in ROWS:
-            made = [design(klieg, scene, options, Path(place, f"{name}{at}")) for at, options in enumerate(pictures)]
+            made = []
+            for at, options in enumerate(pictures):
+                # "{0}" is the first picture of the row.
+                options = [option.format(Path(place, f"{name}0", "best.png")) for option in options]
+                made.append(design(klieg, scene, options, Path(place, f"{name}{at}")))
             row = Image.new("RGB", (sum(picture.width for picture in made), made[0].height))
             left = 0
             for picture in made:

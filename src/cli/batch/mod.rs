@@ -115,7 +115,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let mut batch = Batch::new(&options.out, &items, record, options.json);
     let scenes = items.iter().map(|item| item.scene.as_path());
     let named = options.inputs.iter().map(PathBuf::as_path).chain(options.look.config());
-    batch.inputs = Inputs::new(scenes.chain(named));
+    batch.inputs = Inputs::new(scenes.chain(named).chain(options.search.picture()));
     batch.files = options.shard.map_or_else(Files::default, |shard| Files::named(&shard.stem()));
     batch.inputs.spare(&options.out, batch.files.names())?;
     let todo: Vec<usize> = (0..items.len()).filter(|&index| scores[index].is_none()).collect();

@@ -9,7 +9,7 @@ pub use crate::constants::{DOUBLE_SIDED, EMPTY_TILE, MATERIAL_TEXTURES, NORMAL_M
 use crate::constants::{MEAN_OF_SCENE, NO_BACKGROUND};
 use crate::lighting::shading::Shading;
 use crate::objective::terms::TERMS;
-use crate::objective::{MAX_TERMS, MeanTarget, Objective};
+use crate::objective::{Example, HISTOGRAM_BINS, MAX_TERMS, MeanTarget, Objective};
 use crate::scene::view::View;
 pub use bindings::{binding, bindings, pixel_binding, pixel_bindings};
 use bytemuck::{Pod, Zeroable};
@@ -47,6 +47,8 @@ pub struct Parameters {
     pub spread_target: f32,
     /// Of klieg's own terms, in the order of [`TERMS`]; 0 beyond.
     pub weights: [f32; MAX_TERMS],
+    /// [`Example::cumulative`], with the gradient in place of the last entry, which is 1; 0 without an example.
+    pub example: [f32; HISTOGRAM_BINS],
 }
 
 impl Parameters {
@@ -67,6 +69,7 @@ impl Parameters {
             background: objective.background.unwrap_or(NO_BACKGROUND),
             spread_target: objective.spread_target,
             weights: weights(objective),
+            example: objective.example.map_or([0.0; HISTOGRAM_BINS], example),
         }
     }
 }
@@ -77,6 +80,12 @@ fn mean_target(target: MeanTarget) -> f32 {
         MeanTarget::Value(value) => value,
         MeanTarget::Scene => MEAN_OF_SCENE,
     }
+}
+
+fn example(example: Example) -> [f32; HISTOGRAM_BINS] {
+    let mut entries = example.cumulative();
+    entries[HISTOGRAM_BINS - 1] = example.gradient;
+    entries
 }
 
 /// The weights of klieg's own terms, in the order of [`TERMS`]; 0 for what is not measured.

@@ -45,6 +45,7 @@ use gltf::json::extras::RawValue;
 use material::Materials;
 pub use models::{Orientation, Up};
 use nodes::Nodes;
+pub use picture::read as read_picture;
 use pose::Pose;
 pub use resources::FileAccess;
 use resources::Resources;

@@ -2,13 +2,16 @@
 //! Universal (`KHR_texture_basisu`), told apart by content.
 
 use super::Parsed;
+use super::files;
 use super::guard::guarded;
 use crate::scene::TextureLevel;
 use crate::scene::mips::MAX_SIDE;
+use crate::{Error, Result};
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use std::borrow::Cow;
 use std::io::Cursor;
+use std::path::Path;
 
 /// Most bytes that decoding one picture may take.
 const MAX_DECODING: u64 = 1 << 30;
@@ -27,6 +30,18 @@ pub struct Picture<'a> {
 enum Format {
     Plain(ImageFormat),
     Ktx2,
+}
+
+/// The picture in the file at `path`: PNG, JPEG, WebP or KTX2.
+///
+/// # Errors
+/// [`Error::Input`] for a file that cannot be read, is no such picture, or a broken or too large one.
+pub fn read(path: &Path) -> Result<TextureLevel> {
+    let fault = |fault: String| Error::input(path, fault);
+    let bytes = files::read(path, MAX_DECODING).map_err(fault)?;
+    let picture = Picture::of(Cow::Owned(bytes)).map_err(fault)?;
+    picture.size().map_err(fault)?;
+    picture.decode().map_err(fault)
 }
 
 impl<'a> Picture<'a> {
