@@ -28,7 +28,7 @@ fn scenes_lists_rigs_and_settings_come_from_standard_input() {
     assert_eq!(scored("-", ball().to_string().as_bytes()), scored("ball.gltf", b""));
     let batch = [&["batch", "-", "-o", "lit"], &SMALL[..]].concat();
     run(&place, &batch, b"# a list\nball.gltf\n");
-    assert_eq!(list(&place.path("lit")), ["ball", "batch.json"]);
+    assert_eq!(list(&place.path("lit")), ["ball", "batch.csv", "batch.json", "index.html"]);
     let rig = std::fs::read(place.path("lit/ball/result.json")).unwrap();
     run(&place, &["render", "ball.gltf", "--rig", "-", "-o", "a.png", "--size", "8x8"], &rig);
     let config = ["render", "ball.gltf", "--preset", "headlight", "--config", "-", "-o", "b.png"];
