@@ -87,7 +87,9 @@ fn every_format_gives_its_triangles() {
         assert_eq!(corners(&scene)[..2], TRIANGLES, "{name}");
         let material = &scene.materials[scene.meshes[0].material as usize];
         assert_eq!((material.metallic, material.double_sided), (0.0, true), "{name}");
-        assert!(scene.warnings.is_empty(), "{name}: {:?}", scene.warnings);
+        // OBJ names a library that is not there.
+        let warnings = usize::from(name == "a.obj");
+        assert_eq!(scene.warnings.len(), warnings, "{name}: {:?}", scene.warnings);
         for vertex in &scene.meshes[0].vertices {
             assert_eq!(vertex.normal, [0.0, 0.0, 1.0], "{name}");
         }
