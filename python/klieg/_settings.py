@@ -90,6 +90,16 @@ class DesignOptions(EvaluatorOptions, total=False):
     """Longest side of the small pictures that the search begins with; 0 for none."""
     first: Literal["k-means", "random", "scene", "headlight", "light-kit", "three-point"]
     """Where the search begins."""
+    brightness: float
+    """Steps darker or brighter than usual, -2 to 2."""
+    contrast: float
+    """Steps of less or more contrast than usual, -2 to 2."""
+    mood: Literal["soft", "natural", "dramatic"]
+    """The character of the light."""
+    below: bool
+    """Whether lights may stand below the horizon of the scene's centre."""
+    hold: Sequence[str]
+    """Lights of the rig that `first` names that stay as they are, or one value of theirs: `key`, `fill.azimuth`."""
 
 
 PLACES: dict[str, tuple[str, ...]] = {
@@ -114,6 +124,11 @@ PLACES: dict[str, tuple[str, ...]] = {
     "optimizer": ("optimizer",),
     "coarse": ("coarse", "side"),
     "first": ("first",),
+    "brightness": ("intent", "brightness"),
+    "contrast": ("intent", "contrast"),
+    "mood": ("intent", "mood"),
+    "below": ("intent", "below"),
+    "hold": ("lights", "hold"),
     "camera": ("view", "camera"),
     "azimuth": ("view", "azimuth"),
     "elevation": ("view", "elevation"),
@@ -135,6 +150,12 @@ class Objective:
     """Weight of each term by its name, 0 or more."""
     mean_target: float | Literal["scene"] = "scene"
     """Mean brightness aimed at, sRGB-encoded 0..1, or `scene` for that which suits the scene's colours."""
+    mean_stops: float = 0.0
+    """Photographic stops by which that is moved, -4 to 4."""
+    spread_target: float = 0.2
+    """Standard deviation of the brightness that the term `spread` aims at, encoded, 0 to 0.5."""
+    example: dict[str, Any] | None = None
+    """What the term `example` aims at: `histogram`, 32 shares, and `gradient`."""
     edge_contrast: float = 0.06
     """Gradient of the picture at which an edge counts as fully distinct, encoded units a pixel."""
     edge_sobel: float = field(default=0.02)
@@ -213,7 +234,7 @@ def _places(options: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]
             case "animation", _:
                 yield ("pose", "animation"), str(value)
             case "objective", Objective():
-                yield ("objective",), asdict(value)
+                yield ("objective",), {name: part for name, part in asdict(value).items() if part is not None}
             case _ if name in PLACES:
                 yield PLACES[name], value
             case _:

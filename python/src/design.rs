@@ -140,7 +140,7 @@ pub fn design(
             result,
         })
     };
-    let asked = settings.0.clone();
+    let asked = settings.0.steered().or_raise()?;
     let made = py.detach(|| match opened {
         Some(_) => make(asked),
         None => device::or_cpu(asked, make),

@@ -142,3 +142,13 @@ def test_without_vulkan_the_cpu_does_all(elephant: Path, tmp_path: Path) -> None
     assert run.returncode == 0, run.stderr
     assert "Vulkan" in run.stdout
     assert run.stdout.endswith(" 2\n")
+
+
+def test_wishes_steer_the_objective_and_the_boxes() -> None:
+    scene = klieg.Scene.load(Path(__file__).parents[2] / "scenes" / "pair.glb")
+    view = klieg.View(scene, (32, 32))
+    design = klieg.design(scene, view, device="cpu", generations=2, brightness=1.0, below=False)
+    told = json.loads(design.to_json())
+    assert told["intent"]["brightness"] == 1.0
+    assert not told["intent"]["below"]
+    assert told["objective"]["targets"]["mean_stops"] > 0.5
