@@ -126,8 +126,10 @@ def test_a_bar_of_tqdm(pair: klieg.Scene, view: klieg.View, capsys: pytest.Captu
     assert "6/6" in capsys.readouterr().err
 
 
+# A shell that starts programs in the background has them ignore Ctrl-C.
 ENDLESS = """
-import klieg, sys
+import klieg, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = klieg.Scene.load(sys.argv[1])
 told = lambda progress: print(progress.generation, flush=True)
 result = klieg.design(scene, klieg.View(scene, (64, 64)), device="cpu", generations=10**6, coarse=0, progress=told)
