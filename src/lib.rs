@@ -16,6 +16,25 @@ macro_rules! constants {
     };
 }
 
+/// Lets files hold types as the texts that `FromStr` reads and `Display` writes.
+macro_rules! text_form {
+    ($($name:ident),*) => {$(
+        impl TryFrom<String> for $name {
+            type Error = String;
+
+            fn try_from(text: String) -> std::result::Result<Self, String> {
+                text.parse()
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(value: $name) -> Self {
+                value.to_string()
+            }
+        }
+    )*};
+}
+
 mod constants;
 pub mod cpu;
 pub mod design;

@@ -163,8 +163,9 @@ impl Evaluator {
         py: Python<'py>,
         rigs: Vec<Vec<PyRef<'py, Light>>>,
     ) -> PyResult<Bound<'py, PyArray1<f32>>> {
-        let rigs = rigs.iter().map(|rig| self.with_kept(py, light::rig(rig)));
-        let rigs = rigs.collect::<PyResult<Vec<Rig>>>()?;
+        let kept = self.with_kept(py, Rig::new())?;
+        let complete = |rig: &Vec<_>| [light::rig(rig), kept.clone()].concat();
+        let rigs: Vec<Rig> = rigs.iter().map(complete).collect();
         let population = Population::of(rigs.iter().map(Vec::as_slice)).or_raise()?;
         self.scores(py, &population)
     }

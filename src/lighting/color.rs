@@ -110,19 +110,7 @@ impl FromStr for Color {
     }
 }
 
-impl TryFrom<String> for Color {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Color> for String {
-    fn from(color: Color) -> Self {
-        color.to_string()
-    }
-}
+text_form!(Color);
 
 /// Linear Rec. 709 RGB of CIE 1931 XYZ (IEC 61966-2-1), white at D65.
 fn rgb_from_xyz() -> DMat3 {

@@ -72,19 +72,7 @@ impl FromStr for Background {
     }
 }
 
-impl TryFrom<String> for Background {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Background> for String {
-    fn from(background: Background) -> Self {
-        background.to_string()
-    }
-}
+text_form!(Background);
 
 #[cfg(test)]
 mod tests {

@@ -121,6 +121,21 @@ fn coarse(session: &mut Session, small: &View) -> Result<Option<Engine>> {
     Ok(seen.then_some(coarse))
 }
 
+/// `observe`, and the end when the time that the settings give a search is over, which began at `start`.
+pub(super) fn within_time<'a>(
+    session: &Session,
+    start: Instant,
+    observe: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> impl FnMut(&Progress) -> ControlFlow<()> + use<'a> {
+    let limit = session.settings.time_limit;
+    move |progress| match observe(progress) {
+        _ if limit.is_some_and(|limit| start.elapsed().as_secs_f64() >= limit) => {
+            ControlFlow::Break(())
+        }
+        flow => flow,
+    }
+}
+
 /// Searches the lights, `observe` being called after every generation, until the settings' time is over. What the
 /// `journal` remembers is not measured again.
 ///
@@ -141,13 +156,8 @@ pub fn search(
     };
     let count = coarse.as_ref().map_or(1, |_| session.settings.coarse.searches);
     let mut search = optimizer(session, (&genome, rig.as_deref()), count)?;
-    let (limit, settings) = (session.settings.time_limit, session.settings.coarse);
-    let mut watch = |progress: &Progress| match observe(progress) {
-        _ if limit.is_some_and(|limit| start.elapsed().as_secs_f64() >= limit) => {
-            ControlFlow::Break(())
-        }
-        flow => flow,
-    };
+    let settings = session.settings.coarse;
+    let mut watch = within_time(session, start, observe);
     let evaluator = &mut Remembered::new(&mut *session.evaluator, journal, 0);
     let outcome = match coarse {
         Some((mut coarse, generations)) => run_coarse_first(

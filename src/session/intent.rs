@@ -55,19 +55,7 @@ impl Display for Keep {
     }
 }
 
-impl TryFrom<String> for Keep {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Keep> for String {
-    fn from(keep: Keep) -> Self {
-        keep.to_string()
-    }
-}
+text_form!(Keep);
 
 impl Settings {
     /// The settings with what the intent makes of the objective and the boxes.

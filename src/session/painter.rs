@@ -1,6 +1,6 @@
 //! `klieg design --target-picture`: the lights that make a given picture.
 
-use super::designer::{first_rig, optimizer};
+use super::designer::{first_rig, optimizer, within_time};
 use super::intent;
 use super::{Session, milliseconds};
 use crate::Error;
@@ -29,17 +29,12 @@ pub fn search(
     let genome = intent::bound(session, places(session.complete(genome)?)?, None)?;
     let mut search = optimizer(session, (&genome, rig.as_deref()), 1)?;
     let kept = session.with_kept(Vec::new());
-    let (limit, shading) = (session.settings.time_limit, session.settings.shading);
+    let mut watch = within_time(session, start, observe);
+    let shading = session.settings.shading;
     let view = session.view.clone();
     let maps = session.evaluator.maps()?;
     let canvas = Canvas::new((maps, &view, &shading), &picture, &kept)
         .map_err(|fault| Error::input(path, fault))?;
-    let mut watch = |progress: &Progress| match observe(progress) {
-        _ if limit.is_some_and(|limit| start.elapsed().as_secs_f64() >= limit) => {
-            ControlFlow::Break(())
-        }
-        flow => flow,
-    };
     let outcome = paint(&canvas, &genome, &mut *search, &mut watch)?;
     session.timing.search = milliseconds(start);
     Ok(outcome)

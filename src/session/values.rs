@@ -73,23 +73,6 @@ impl Display for Device {
     }
 }
 
-macro_rules! text_form {
-    ($($name:ident),*) => {$(
-        impl TryFrom<String> for $name {
-            type Error = String;
-
-            fn try_from(text: String) -> Result<Self, String> {
-                text.parse()
-            }
-        }
-
-        impl From<$name> for String {
-            fn from(value: $name) -> Self {
-                value.to_string()
-            }
-        }
-    )*};
-}
 text_form!(Size, Device);
 
 /// The lights of a rig: a number of them, or their roles.
