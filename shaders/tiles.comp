@@ -1,7 +1,8 @@
 #version 460
 // Statistics of a block of individuals over one tile of the picture: the surface is read once, the
 // brightnesses of tile and border stand in shared memory, and subgroups add up. Nothing of the
-// pictures is kept, save the first. References: cpu::population, cpu::histogram, cpu::moments,
+// pictures is kept, save the first. One pixel at a time is in registers: the fewer there are, the more
+// invocations hide each other's waiting. References: cpu::population, cpu::histogram, cpu::moments,
 // cpu::gradient.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -31,8 +32,7 @@ layout(constant_id = 12) const bool NEAR_LIGHTS = false;
 
 const uint FRAME = SIDE + 2; // the same with its border
 const uint AREA = FRAME * FRAME;
-const uint SHADED = (AREA + GROUP - 1) / GROUP; // pixels of an invocation, with the border
-const uint PIXELS = SIDE * SIDE / GROUP; // and without
+const uint PIXELS = SIDE * SIDE / GROUP; // of an invocation
 const uint SUBGROUPS = GROUP / SUBGROUP;
 const uint BIN_BITS = HISTOGRAM_BIN_BITS;
 const uint BINS = HISTOGRAM_BINS;
@@ -45,13 +45,12 @@ layout(set = 1, binding = 1, std430) writeonly buffer Picture { float picture[];
 
 shared vec4 light_places[COLOR ? 1 : BLOCK * LIGHTS];
 shared vec2 light_strengths[COLOR ? 1 : BLOCK * LIGHTS];
-// One frame is written while the last one is still read.
-shared float frames[2 * AREA];
-shared uint bins[BLOCK * SUBGROUPS * BINS];
+shared float frames[BLOCK * AREA]; // of each individual the tile with its border
+shared uint bins[BLOCK * BINS];
 shared vec4 sums[BLOCK * SUBGROUPS]; // distances from the origin, their squares, SURFACE, EDGE
 shared float origins[BLOCK];
 // In colour the irradiances beside the brightnesses; see encoded().
-shared float irradiances[COLOR ? 2 * AREA : 1];
+shared float irradiances[COLOR ? BLOCK * AREA : 1];
 shared float irradiance_origins[BLOCK];
 // Of the irradiance: distances from the origin, their squares, and the covariances.
 shared vec4 light_sums[APPEARANCE ? BLOCK * SUBGROUPS : 1];
@@ -69,17 +68,44 @@ void load_lights(uint first) {
     }
 }
 
-// Brightness and irradiance of a pixel in colour; see encoded().
-vec2 shade_color(uint first_light, ivec2 pixel, vec3 p, vec3 n) {
+// How the surface of a pixel reflects.
+ColorReflectance color_looks(ivec2 pixel) {
     vec4 diffuse = texelFetch(color_surface, ivec3(pixel, 0), 0);
     vec3 specular = texelFetch(color_surface, ivec3(pixel, 1), 0).rgb;
-    ColorReflectance looks = ColorReflectance(diffuse.rgb, specular, diffuse.w, texelFetch(color_surface, ivec3(pixel, 2), 0).rgb);
-    Lit lit = Lit(looks.unlit, 0.0);
+    return ColorReflectance(
+        diffuse.rgb, specular, diffuse.w, texelFetch(color_surface, ivec3(pixel, 2), 0).rgb);
+}
+
+// Shades a pixel under the lights of each individual.
+void shade(uint at, uint first_light, ivec2 pixel) {
+    vec4 place = texelFetch(surface_0, pixel, 0);
+    vec4 facing = texelFetch(surface_1, pixel, 0);
+    vec3 p = place.xyz;
+    vec3 n = facing.xyz;
     vec3 v = to_viewer(p);
-    for (uint l = 0; l < LIGHTS; ++l) {
-        add_light(lights[first_light + l], pixel, p, n, v, looks, lit);
+    if (COLOR) {
+        ColorReflectance looks = color_looks(pixel);
+        for (uint i = 0; i < BLOCK; ++i) {
+            Lit lit = Lit(looks.unlit, 0.0);
+            for (uint l = 0; l < LIGHTS; ++l) {
+                add_light(lights[first_light + i * LIGHTS + l], pixel, p, n, v, looks, lit);
+            }
+            vec2 color = encoded(lit);
+            frames[i * AREA + at] = color.x;
+            irradiances[i * AREA + at] = color.y;
+        }
+        return;
     }
-    return encoded(lit);
+    vec2 look = texelFetch(surface_2, pixel, 0).xy; // specular, unlit
+    for (uint i = 0; i < BLOCK; ++i) {
+        vec2 response = vec2(0.0);
+        for (uint l = 0; l < LIGHTS; ++l) {
+            uint light = i * LIGHTS + l;
+            response += light_response(
+                light_places[light], light_strengths[light], p, n, v, place.w);
+        }
+        frames[i * AREA + at] = srgb_encode(look.y + response.x * facing.w + response.y * look.x);
+    }
 }
 
 // Adds a bin of each invocation to the counts of each bin. A bin's owner learns by ballots, one for each
@@ -147,12 +173,8 @@ void write_parts() {
     for (uint k = gl_LocalInvocationIndex; k < BLOCK * WORDS; k += GROUP) {
         uint i = k / WORDS;
         uint word = k % WORDS;
-        uint total = 0;
-        for (uint s = 0; s < SUBGROUPS; ++s) {
-            uint at = (i * SUBGROUPS + s) * BINS + 2 * word;
-            total += bins[at] | bins[at + 1] << 16;
-        }
-        histogram_parts[(first + i * chunk.entries) * WORDS + word] = total;
+        uint at = i * BINS + 2 * word;
+        histogram_parts[(first + i * chunk.entries) * WORDS + word] = bins[at] | bins[at + 1] << 16;
     }
     uint i = gl_LocalInvocationIndex;
     if (i < BLOCK) {
@@ -192,63 +214,38 @@ void main() {
     ivec2 corner = ivec2(tile.column, tile.row) * int(SIDE);
     uint first = chunk.first + gl_WorkGroupID.y * BLOCK;
     load_lights(first * LIGHTS);
-
-    vec4 places[SHADED];
-    vec4 facings[SHADED];
-    vec2 looks[SHADED];
-    bool objects[SHADED];
-    [[unroll]] for (uint k = 0; k < SHADED; ++k) {
-        uint at = lane + k * GROUP;
-        ivec2 pixel = corner - 1 + ivec2(at % FRAME, at / FRAME);
-        bool inside = at < AREA && all(greaterThanEqual(pixel, ivec2(0)))
-            && all(lessThan(pixel, ivec2(parameters.size)));
-        pixel = inside ? pixel : corner;
-        vec3 look = texelFetch(surface_2, pixel, 0).xyz; // specular, unlit, type
-        places[k] = texelFetch(surface_0, pixel, 0);
-        facings[k] = texelFetch(surface_1, pixel, 0);
-        looks[k] = look.xy;
-        objects[k] = inside && look.z > 0.0;
+    for (uint b = lane; b < BLOCK * BINS; b += GROUP) {
+        bins[b] = 0;
     }
+    barrier();
+    for (uint at = lane; at < AREA; at += GROUP) {
+        ivec2 pixel = corner - 1 + ivec2(at % FRAME, at / FRAME);
+        bool object = all(greaterThanEqual(pixel, ivec2(0)))
+            && all(lessThan(pixel, ivec2(parameters.size)))
+            && imageLoad(type_map, pixel).x != BACKGROUND;
+        if (object) {
+            shade(at, first * LIGHTS, pixel);
+        } else {
+            [[unroll]] for (uint i = 0; i < BLOCK; ++i) {
+                frames[i * AREA + at] = NO_OBJECT;
+            }
+        }
+    }
+    barrier();
     uint kinds[PIXELS];
     bool outlines[PIXELS];
     uint pixel_count = 0;
     [[unroll]] for (uint k = 0; k < PIXELS; ++k) {
         uint at = lane + k * GROUP;
-        ivec2 pixel = corner + ivec2(at % SIDE, at / SIDE);
-        bool inside = all(lessThan(pixel, ivec2(parameters.size)));
-        kinds[k] = inside ? imageLoad(type_map, pixel).x : BACKGROUND;
-        outlines[k] = OUTLINE && kinds[k] != BACKGROUND && is_outline(pixel);
+        ivec2 place = corner + ivec2(at % SIDE, at / SIDE);
+        bool inside = all(lessThan(place, ivec2(parameters.size)));
+        kinds[k] = inside ? imageLoad(type_map, place).x : BACKGROUND;
+        outlines[k] = OUTLINE && kinds[k] != BACKGROUND && is_outline(place);
         pixel_count += kinds[k] != BACKGROUND ? 1 : 0;
     }
-    barrier();
+    uint count = subgroupAdd(pixel_count);
     for (uint i = 0; i < BLOCK; ++i) {
-        uint frame = (i & 1) * AREA;
-        [[unroll]] for (uint k = 0; k < SHADED; ++k) {
-            uint at = lane + k * GROUP;
-            float value = NO_OBJECT;
-            if (COLOR && objects[k]) {
-                ivec2 pixel = corner - 1 + ivec2(at % FRAME, at / FRAME);
-                vec2 color = shade_color(
-                    (first + i) * LIGHTS, pixel, places[k].xyz, facings[k].xyz);
-                value = color.x;
-                irradiances[frame + at] = color.y;
-            } else if (objects[k]) {
-                vec3 p = places[k].xyz;
-                vec3 v = to_viewer(p);
-                vec2 response = vec2(0.0);
-                for (uint l = 0; l < LIGHTS; ++l) {
-                    uint light = i * LIGHTS + l;
-                    response += light_response(light_places[light], light_strengths[light], p,
-                        facings[k].xyz, v, places[k].w);
-                }
-                value = srgb_encode(
-                    looks[k].y + response.x * facings[k].w + response.y * looks[k].x);
-            }
-            if (at < AREA) {
-                frames[frame + at] = value;
-            }
-        }
-        barrier();
+        uint frame = i * AREA;
         float origin = frames[frame + tile.origin];
         vec4 sum = vec4(0.0);
         Sums more = no_sums();
@@ -295,7 +292,6 @@ void main() {
             }
         }
         sum = subgroupAdd(sum);
-        uint count = subgroupAdd(pixel_count);
         uint at = i * SUBGROUPS + gl_SubgroupID;
         vec4 light_sum = vec4(0.0);
         vec4 other_sum = vec4(0.0);
@@ -322,7 +318,7 @@ void main() {
         [[unroll]] for (uint o = 0; o < OWN; ++o) {
             uint own = gl_SubgroupInvocationID + o * SUBGROUP;
             if (own < BINS) {
-                bins[at * BINS + own] = counted[o];
+                atomicAdd(bins[i * BINS + own], counted[o]);
             }
         }
         if (lane == 0) {

@@ -165,10 +165,11 @@ constants! {
 
     /// Invocations of a work group of `tiles`.
     TILES_GROUP: u32 = 256;
-    /// Individuals that share a pass of `tiles` over the surface.
-    TILES_BLOCK: u32 = 4;
-    /// The same in colour, where there is more of each in shared memory.
-    TILES_COLOR_BLOCK: u32 = 2;
+    /// Individuals that share a pass of `tiles` over the surface. Drivers shade them side by side: the more there
+    /// are, the more registers an invocation takes.
+    TILES_BLOCK: u32 = 2;
+    /// The same in colour, where each takes more.
+    TILES_COLOR_BLOCK: u32 = 1;
     /// Pixels of a tile's side.
     TILE_SIDE: u32 = 32;
     /// Origin of a tile without object pixels.

@@ -2,7 +2,7 @@
 
 use klieg::cpu::CpuEvaluator;
 use klieg::evaluate::Evaluator;
-use klieg::gpu::{GpuEvaluator, PipelineKind, Tuning};
+use klieg::gpu::{ComputeShape, GpuEvaluator, PipelineKind, Tuning};
 use klieg::lighting::shading::Shading;
 use klieg::lighting::{LightKind, Population};
 use klieg::objective::Objective;
@@ -188,7 +188,11 @@ fn a_generation_reads_four_bytes_an_individual_and_makes_nothing() {
     assert!(after.allocations > before.allocations && after.pipelines > before.pipelines);
     assert!(after.descriptors > before.descriptors);
     let stems: Vec<_> = evaluator.timings().iter().map(|row| row.0).collect();
-    assert_eq!(stems, ["shading", "statistics", "fitness"]);
+    let stages: &[_] = match context.report().shape {
+        ComputeShape::Runs => &["shading", "statistics", "fitness"],
+        ComputeShape::Tiles => &["tiles", "fitness"],
+    };
+    assert_eq!(stems, stages);
     assert_valid(&context);
 }
 

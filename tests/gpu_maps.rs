@@ -27,8 +27,8 @@ const CLOSE: f64 = 0.999;
 /// where a normal texture turns the surface edge-on it may be turned back to the viewer or not.
 const CLOSE_TEXTURED: f64 = 0.995;
 /// Devices interpolate between corners that are snapped to a grid of 1/256 pixel, the reference between
-/// the true ones: tolerance of what is interpolated, in picture heights, as a picture is about as
-/// high as the values' range.
+/// the true ones: tolerance of what is interpolated, in pixels. A pixel's step is that to its neighbours,
+/// or a picture's height in pixels, as a picture is about as high as the values' range.
 const SNAPPED: f32 = 6.0 / 256.0;
 /// Filtered texels, and what a normal texture makes of them: devices filter 8-bit textures with
 /// weights of 8 bits.
@@ -41,6 +41,19 @@ fn drawn(context: &Arc<Context>, scene: &Scene, view: &View) -> Maps {
     let (objective, shading) = (Objective::default(), Shading::default());
     let mut evaluator = GpuEvaluator::new(context, scene, view, objective, shading).unwrap();
     evaluator.maps().unwrap().clone()
+}
+
+/// The largest difference of a pixel to the object pixels beside it.
+fn step(surface: &Surface, i: usize, difference: impl Fn(usize, usize) -> f32) -> f32 {
+    let (width, x) = (surface.width as usize, i % surface.width as usize);
+    let beside = [
+        (x > 0).then(|| i - 1),
+        (x + 1 < width).then_some(i + 1),
+        i.checked_sub(width),
+        Some(i + width).filter(|&j| j < surface.code.len()),
+    ];
+    let objects = beside.into_iter().flatten().filter(|&j| surface.code[j] != 0);
+    objects.map(|j| difference(i, j)).fold(0.0, f32::max)
 }
 
 /// How far two surfaces agree.
@@ -75,12 +88,19 @@ impl Agreement {
                 vector(a.face[i], b.face[i]),
             ]
         };
-        let snapped = 1e-5 + SNAPPED / a.height as f32;
-        let texel = TEXEL + snapped;
+        let least = 1.0 / a.height as f32;
+        let snapped = |step: f32| 1e-5 + SNAPPED * step.max(least);
+        let length = |i: usize, j: usize| {
+            vector(b.position[i], b.position[j]).max(scalar(b.depth[i], b.depth[j]))
+        };
+        let normal = |i: usize, j: usize| vector(b.normal[i], b.normal[j]);
+        let texel = TEXEL + snapped(least);
         let normal_mapped = scene.materials.iter().any(|m| m.normal_texture.is_some());
-        let tolerances = [snapped, if normal_mapped { texel } else { snapped }, texel, FACE];
         let mut close = [0; 4];
-        for differences in same.iter().map(|&i| differences(i)) {
+        for &i in &same {
+            let normal = if normal_mapped { texel } else { snapped(step(b, i, normal)) };
+            let tolerances = [snapped(step(b, i, length)), normal, texel, FACE];
+            let differences = differences(i);
             for k in 0..4 {
                 close[k] += usize::from(differences[k] <= tolerances[k]);
             }

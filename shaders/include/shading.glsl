@@ -38,8 +38,8 @@ vec2 light_response(vec4 place, vec2 strength, vec3 p, vec3 n, vec3 v, float shi
     // (n . h)^2 of the unit half vector, without it: |l + v|^2 = 2 + 2 l . v.
     float along = max(n_l + dot(n, v), 0.0);
     float n_h2 = min(along * along / max(2.0 + 2.0 * dot(l, v), 1e-20), 1.0);
-    vec2 response = falloff * n_l * strength * vec2(1.0, pow(n_h2, 0.5 * shininess));
-    return n_l > 0.0 ? response : vec2(0.0);
+    float lit = n_l > 0.0 ? falloff * n_l : 0.0;
+    return lit * strength * vec2(1.0, pow(n_h2, 0.5 * shininess));
 }
 
 // Blinn-Phong exponent of a perceptual roughness.

@@ -24,8 +24,13 @@ fn a_view_with_too_many_object_pixels_is_drawn() {
 #[test]
 fn large_populations_are_submitted_in_parts_with_the_same_bits() {
     let (maps, view) = testing::maps(20, 10);
-    for pipeline in [PipelineKind::Layered, PipelineKind::Compute] {
-        let tuning = Tuning { pipeline: Some(pipeline), ..Tuning::default() };
+    // How many submissions there are with room for 8 individuals and for none, and how many stages.
+    for (pipeline, shape, blocks, stages) in [
+        (PipelineKind::Layered, None, [5, 37], 5),
+        (PipelineKind::Compute, Some(ComputeShape::Runs), [5, 10], 3),
+        (PipelineKind::Compute, Some(ComputeShape::Tiles), [5, 19], 2),
+    ] {
+        let tuning = Tuning { pipeline: Some(pipeline), shape, ..Tuning::default() };
         let context = testing::with_tuning(tuning);
         let (objective, shading) = (Objective::default(), Shading::default());
         let mut evaluator =
@@ -44,16 +49,14 @@ fn large_populations_are_submitted_in_parts_with_the_same_bits() {
             (scores, evaluator.commands.len())
         };
         let (expected, ordinary) = measured(None);
-        // Room for two blocks of 4, of 200 pixels and 2 lights each; then for none.
+        // Room for 8 individuals of 200 pixels and 2 lights each; then for none.
         let parts = [3300, 1].map(|work| {
             let (scores, parts) = measured(Some(work));
-            assert_eq!(scores, expected, "{pipeline}");
+            assert_eq!(scores, expected, "{pipeline} {shape:?}");
             parts
         });
-        let blocks = if pipeline == PipelineKind::Compute { [5, 10] } else { [5, 37] };
-        assert_eq!((ordinary, parts), (1, blocks), "{pipeline}");
-        let stages = evaluator.timings().len();
-        assert!(stages == 3 || stages == 5, "{:?}", evaluator.timings());
+        assert_eq!((ordinary, parts), (1, blocks), "{pipeline} {shape:?}");
+        assert_eq!(evaluator.timings().len(), stages, "{:?}", evaluator.timings());
         testing::assert_valid(&context);
     }
 }

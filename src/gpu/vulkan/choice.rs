@@ -7,7 +7,7 @@ use std::fmt;
 
 /// Bytes of shared memory that `tiles` takes at most: with the fewest invocations a subgroup may
 /// have, and the most lights.
-pub const TILES_SHARED_BYTES: u32 = 30 << 10;
+pub const TILES_SHARED_BYTES: u32 = 12 << 10;
 /// Invocations of a subgroup that `tiles` can be made for, ascending.
 const TILES_SUBGROUPS: [u32; 4] = [8, 16, 32, 64];
 
@@ -172,7 +172,7 @@ mod tests {
             Together { subgroup: 128, subgroup_range: Some([128; 2]), ..all },
             Together { subgroup_range: None, ..all },
             Together { group: 128, ..all },
-            Together { shared: 16 << 10, ..all },
+            Together { shared: 8 << 10, ..all },
         ] {
             assert_eq!(best(false, short), ComputeShape::Runs, "{short:?}");
         }
