@@ -1,0 +1,250 @@
+"""Times klieg in turn with what a user would otherwise write for the same work. See README.md beside this file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from program import Program, ProgramError
+from view import TERMS, Floats, Peer, UnavailableError, View, load, random_rigs, records
+
+PEERS = ("jax-cpu", "jax-gpu", "cupy")
+# Largest difference of a term or a score from klieg's.
+TOLERANCE = 1e-3
+# Of each number of lights: the population that is checked, no multiple of any block, and the rigs that klieg scores.
+CHECKED, CHECKED_RIGS = 37, (0, 11, 24, 36)
+# Generations of a sample: at least, and at most.
+LEAST, MOST = 3, 200
+# Different populations that a sample takes by turns.
+POOL = 4
+# A generation that would take longer than so many times the seconds of a sample is left out.
+TOO_LONG = 10
+
+
+def main() -> int:
+    """Run the comparison; 1 where a peer's scores are not klieg's."""
+    options = parse()
+    program = Program(options.klieg, options.scene, options.size)
+    try:
+        view = maps(program, options.maps)
+        peers, absent = find_peers(view, options.peers)
+        agreement = [check(program, peer, view, options.lights) for peer in peers]
+        agreeing = [peer for peer, found in zip(peers, agreement, strict=True) if found["agrees"]]
+        rows = time_in_turn(program, agreeing, options)
+    except (ProgramError, UnavailableError) as fault:
+        say(f"peers: {fault}")
+        return 2
+    result = {
+        "schema": "klieg.peers/1",
+        "machine": {"processor": processor(), "cores": os.cpu_count()},
+        "scene": str(options.scene),
+        "size": options.size,
+        "object_pixels": view.surface + view.edge,
+        "agreement": agreement,
+        "not_run": absent,
+        "rows": rows,
+    }
+    options.out.write_text(json.dumps(result, indent=2) + "\n")
+    print(table(result, options))
+    return 0 if len(agreeing) == len(peers) else 1
+
+
+def parse() -> argparse.Namespace:
+    """Read the command line."""
+
+    def numbers(text: str) -> list[int]:
+        return [int(word) for word in text.split(",")]
+
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("klieg", type=Path, help="klieg's program")
+    parser.add_argument("scene", type=Path, help="a scene")
+    parser.add_argument("--peers", type=lambda text: text.split(","), default=list(PEERS), help="default: all")
+    parser.add_argument("--devices", help="klieg's devices, as of `klieg bench --device` [default: its own]")
+    parser.add_argument("--size", default="512x512", metavar="WxH", help="of the picture")
+    parser.add_argument("--lights", type=numbers, default=[1, 2, 4], help="numbers of lights [default: 1,2,4]")
+    parser.add_argument("--population", type=numbers, default=[30, 300, 3000], help="[default: 30,300,3000]")
+    parser.add_argument("--seconds", type=float, default=1.0, help="most seconds of a sample [default: 1]")
+    parser.add_argument("--rounds", type=int, default=3, help="samples of each, taken in turn [default: 3]")
+    parser.add_argument("--maps", type=Path, help="a folder of `klieg analyze --profile paper`, not to analyze anew")
+    parser.add_argument("--out", type=Path, default=Path("peers.json"), help="[default: peers.json]")
+    options = parser.parse_args()
+    unknown = set(options.peers) - set(PEERS)
+    if unknown:
+        parser.error(f"no peer is called {', '.join(sorted(unknown))}: they are {', '.join(PEERS)}")
+    return options
+
+
+def maps(program: Program, folder: Path | None) -> View:
+    """Read the view's maps, which klieg makes where they are not there."""
+    objective = program.objective()
+    if folder is not None:
+        return load(folder, objective)
+    with tempfile.TemporaryDirectory() as made:
+        program.analyze(Path(made))
+        return load(Path(made), objective)
+
+
+def find_peers(view: View, names: list[str]) -> tuple[list[Peer], dict[str, str]]:
+    """Set the peers up that this machine can run; the others with the reason why not."""
+    peers: list[Peer] = []
+    absent = {}
+    for name in names:
+        say(f"setting up {name}")
+        try:
+            peers.append(make(name, view))
+        except (ImportError, UnavailableError) as fault:
+            absent[name] = str(fault)
+            say(f"{name} is not run: {fault}")
+    return peers, absent
+
+
+def make(name: str, view: View) -> Peer:
+    """Set a peer up. Its package is looked for here, as no other peer needs it."""
+    if name == "cupy":
+        from cupy_peer import CupyPeer  # noqa: PLC0415
+
+        return CupyPeer(view)
+    from jax_peer import JaxPeer  # noqa: PLC0415
+
+    return JaxPeer(view, name.removeprefix("jax-"))
+
+
+def check(program: Program, peer: Peer, view: View, numbers: list[int]) -> dict[str, Any]:
+    """Compare terms and scores with klieg's: the proof that both compute the same."""
+    random = np.random.default_rng(1)
+    terms, scores = 0.0, 0.0
+    for lights in numbers:
+        rigs = random_rigs(random, CHECKED, lights)
+        generation = peer.prepare(lights, CHECKED)
+        found, found_terms = generation.scores(records(rigs)), generation.terms()
+        for at in CHECKED_RIGS:
+            expected = program.score(rigs[at].tolist())
+            of = [expected["terms"][term] for term in TERMS]
+            terms = max(terms, float(np.abs(found_terms[at] - of).max()))
+            scores = max(scores, abs(float(found[at]) - expected["score"]))
+    agrees = bool(max(terms, scores) <= TOLERANCE)
+    count = len(numbers) * len(CHECKED_RIGS)
+    say(f"{peer.name}: terms within {terms:.1e}, scores within {scores:.1e} of klieg's, {count} rigs")
+    if not agrees:
+        say(f"{peer.name} is not timed: it computes something else")
+    return {"peer": peer.name, "rigs": count, "terms": terms, "scores": scores, "agrees": agrees}
+
+
+def time_in_turn(program: Program, peers: list[Peer], options: argparse.Namespace) -> list[dict[str, Any]]:
+    """Sample klieg, then each peer, and all of it again."""
+    medians: dict[tuple[str, str, int, int], list[float | None]] = {}
+    for number in range(options.rounds):
+        say(f"round {number + 1} of {options.rounds}")
+        for name, device, lights, population, median in rounds(program, peers, options):
+            medians.setdefault((name, device, lights, population), []).append(median)
+    rows = []
+    for (name, device, lights, population), all_found in medians.items():
+        found = [median for median in all_found if median is not None]
+        row: dict[str, Any] = {"name": name, "device": device, "lights": lights, "population": population}
+        row |= {"median_ms": statistics.median(found) if found else None, "medians_ms": found}
+        rows.append(row)
+    return rows
+
+
+Sampled = tuple[str, str, int, int, float | None]
+
+
+def rounds(program: Program, peers: list[Peer], options: argparse.Namespace) -> Iterator[Sampled]:
+    """Sample everyone once: name, device, lights, population and the median in milliseconds, none where too slow."""
+    lists = [",".join(map(str, numbers)) for numbers in (options.lights, options.population)]
+    words = ["--lights", lists[0], "--population", lists[1], "--seconds", str(options.seconds), "--runs", str(MOST)]
+    words += ["--device", options.devices] if options.devices else []
+    for row in program.bench(words)["rows"]:
+        device = row["device"]["name"] + (f", {row['threads']} threads" if row["threads"] else "")
+        yield f"klieg {row['pipeline']}", device, row["lights"], row["population"], row["median_ms"]
+    for peer in peers:
+        for lights in options.lights:
+            each = 0.0  # seconds of an individual
+            for population in sorted(options.population):
+                if each * population > TOO_LONG * options.seconds:
+                    yield peer.name, peer.device, lights, population, None
+                    continue
+                times = sample(peer, lights, population, options.seconds)
+                each = statistics.median(times) / population
+                yield peer.name, peer.device, lights, population, 1e3 * statistics.median(times)
+
+
+def sample(peer: Peer, lights: int, population: int, seconds: float) -> list[float]:
+    """Time generations, after some to warm up: seconds each, from rigs on the host to scores on the host."""
+    generation = peer.prepare(lights, population)
+    random = np.random.default_rng(2)
+    pool = [records(random_rigs(random, population, lights)) for _ in range(POOL)]
+    generation.scores(pool[0])  # compiles
+    repeat(generation.scores, pool, min(seconds, 0.1))
+    return repeat(generation.scores, pool, seconds)
+
+
+def repeat(work: Callable[[Floats], Floats], pool: list[Floats], seconds: float) -> list[float]:
+    """Time calls until the seconds are over."""
+    times: list[float] = []
+    begin = time.perf_counter()
+    while len(times) < LEAST or (len(times) < MOST and time.perf_counter() - begin < seconds):
+        rigs = pool[len(times) % len(pool)]
+        start = time.perf_counter()
+        work(rigs)
+        times.append(time.perf_counter() - start)
+    return times
+
+
+def say(text: str) -> None:
+    """Tell people how far the run is."""
+    print(text, file=sys.stderr)
+
+
+def processor() -> str:
+    """Name the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor()
+
+
+def table(result: dict[str, Any], options: argparse.Namespace) -> str:
+    """Write the result for people: a line for each program and number of lights, a column for each population."""
+    columns = sorted(options.population)
+    lines = [
+        f"{result['scene']}, {result['size']}, {result['object_pixels']} object pixels; "
+        f"{result['machine']['processor']}, {result['machine']['cores']} cores",
+        "milliseconds a generation, median of the rounds' medians (lowest to highest)",
+        "",
+        f"{'lights':>6}  {'':34}" + "".join(f"{'N = ' + str(n):>26}" for n in columns),
+    ]
+    cells = {(row["name"], row["device"], row["lights"], row["population"]): row for row in result["rows"]}
+    names = list(dict.fromkeys((row["name"], row["device"]) for row in result["rows"]))
+    for lights in options.lights:
+        for name, device in names:
+            row = "".join(f"{cell(cells.get((name, device, lights, n))):>26}" for n in columns)
+            lines.append(f"{lights:>6}  {f'{name}, {device}'[:34]:34}" + row)
+    lines += [f"not run: {name}: {reason}" for name, reason in result["not_run"].items()]
+    lines += [f"not timed: {of['peer']}, whose scores differ" for of in result["agreement"] if not of["agrees"]]
+    return "\n".join(lines)
+
+
+def cell(row: dict[str, Any] | None) -> str:
+    """Write a median and the range of the rounds'."""
+    if row is None or row["median_ms"] is None:
+        return "too slow"
+    low, high = min(row["medians_ms"]), max(row["medians_ms"])
+    return f"{row['median_ms']:.3g} ({low:.3g} to {high:.3g})"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
