@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from program import Program, ProgramError
-from view import TERMS, Floats, Peer, UnavailableError, View, load, random_rigs, records
+from view import TERMS, Floats, Generation, Peer, UnavailableError, View, load, random_rigs, records
 
 PEERS = ("jax-cpu", "jax-gpu", "cupy")
 # Largest difference of a term or a score from klieg's.
@@ -26,6 +26,8 @@ TOLERANCE = 1e-3
 CHECKED, CHECKED_RIGS = 37, (0, 11, 24, 36)
 # Generations of a sample: at least, and at most.
 LEAST, MOST = 3, 200
+# Warming up goes on so long, seconds.
+WARM_UP = 0.1
 # Different populations that a sample takes by turns.
 POOL = 4
 # A generation that would take longer than so many times the seconds of a sample is left out.
@@ -115,6 +117,8 @@ def make(name: str, view: View) -> Peer:
         from cupy_peer import CupyPeer  # noqa: PLC0415
 
         return CupyPeer(view)
+    # klieg's processes need memory of the same GPU.
+    os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
     from jax_peer import JaxPeer  # noqa: PLC0415
 
     return JaxPeer(view, name.removeprefix("jax-"))
@@ -144,9 +148,10 @@ def check(program: Program, peer: Peer, view: View, numbers: list[int]) -> dict[
 def time_in_turn(program: Program, peers: list[Peer], options: argparse.Namespace) -> list[dict[str, Any]]:
     """Sample klieg, then each peer, and all of it again."""
     medians: dict[tuple[str, str, int, int], list[float | None]] = {}
+    prepared: Prepared = {}
     for number in range(options.rounds):
         say(f"round {number + 1} of {options.rounds}")
-        for name, device, lights, population, median in rounds(program, peers, options):
+        for name, device, lights, population, median in one_round(program, peers, prepared, options):
             medians.setdefault((name, device, lights, population), []).append(median)
     rows = []
     for (name, device, lights, population), all_found in medians.items():
@@ -157,10 +162,14 @@ def time_in_turn(program: Program, peers: list[Peer], options: argparse.Namespac
     return rows
 
 
+# What a peer has compiled, by its name and the numbers of lights and of individuals.
+Prepared = dict[tuple[str, int, int], Generation]
 Sampled = tuple[str, str, int, int, float | None]
 
 
-def rounds(program: Program, peers: list[Peer], options: argparse.Namespace) -> Iterator[Sampled]:
+def one_round(
+    program: Program, peers: list[Peer], prepared: Prepared, options: argparse.Namespace
+) -> Iterator[Sampled]:
     """Sample everyone once: name, device, lights, population and the median in milliseconds, none where too slow."""
     lists = [",".join(map(str, numbers)) for numbers in (options.lights, options.population)]
     words = ["--lights", lists[0], "--population", lists[1], "--seconds", str(options.seconds), "--runs", str(MOST)]
@@ -175,26 +184,28 @@ def rounds(program: Program, peers: list[Peer], options: argparse.Namespace) -> 
                 if each * population > TOO_LONG * options.seconds:
                     yield peer.name, peer.device, lights, population, None
                     continue
-                times = sample(peer, lights, population, options.seconds)
+                key = (peer.name, lights, population)
+                if key not in prepared:
+                    prepared[key] = peer.prepare(lights, population)
+                times = sample(prepared[key], lights, population, options.seconds)
                 each = statistics.median(times) / population
                 yield peer.name, peer.device, lights, population, 1e3 * statistics.median(times)
 
 
-def sample(peer: Peer, lights: int, population: int, seconds: float) -> list[float]:
+def sample(generation: Generation, lights: int, population: int, seconds: float) -> list[float]:
     """Time generations, after some to warm up: seconds each, from rigs on the host to scores on the host."""
-    generation = peer.prepare(lights, population)
     random = np.random.default_rng(2)
     pool = [records(random_rigs(random, population, lights)) for _ in range(POOL)]
     generation.scores(pool[0])  # compiles
-    repeat(generation.scores, pool, min(seconds, 0.1))
-    return repeat(generation.scores, pool, seconds)
+    repeat(generation.scores, pool, min(seconds, WARM_UP), 1)
+    return repeat(generation.scores, pool, seconds, LEAST)
 
 
-def repeat(work: Callable[[Floats], Floats], pool: list[Floats], seconds: float) -> list[float]:
+def repeat(work: Callable[[Floats], Floats], pool: list[Floats], seconds: float, least: int) -> list[float]:
     """Time calls until the seconds are over."""
     times: list[float] = []
     begin = time.perf_counter()
-    while len(times) < LEAST or (len(times) < MOST and time.perf_counter() - begin < seconds):
+    while len(times) < least or (len(times) < MOST and time.perf_counter() - begin < seconds):
         rigs = pool[len(times) % len(pool)]
         start = time.perf_counter()
         work(rigs)
