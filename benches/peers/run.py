@@ -11,10 +11,12 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from program import Program, ProgramError
 from view import TERMS, Floats, Generation, Peer, UnavailableError, View, load, random_rigs, records
@@ -40,26 +42,27 @@ def main() -> int:
     program = Program(options.klieg, options.scene, options.size)
     try:
         view = maps(program, options.maps)
-        peers, absent = find_peers(view, options.peers)
-        agreement = [check(program, peer, view, options.lights) for peer in peers]
-        agreeing = [peer for peer, found in zip(peers, agreement, strict=True) if found["agrees"]]
-        rows = time_in_turn(program, agreeing, options)
+        peers, not_run = find_peers(view, options.peers)
+        agreement = check_all(program, peers, options.lights, not_run)
+        agreeing = [peer for peer in peers if peer.name in agreement and agreement[peer.name]["agrees"]]
+        result = {
+            "schema": "klieg.peers/1",
+            "machine": {"processor": processor(), "cores": os.cpu_count()},
+            "scene": str(options.scene),
+            "size": options.size,
+            "object_pixels": view.surface + view.edge,
+            "agreement": agreement,
+            "not_run": not_run,
+        }
+        # Brought up to date after every round, so that a run that is ended leaves what it has.
+        for rows in time_in_turn(program, agreeing, options, not_run):
+            result["rows"] = rows
+            options.out.write_text(json.dumps(result, indent=2) + "\n")
     except (ProgramError, UnavailableError) as fault:
         say(f"peers: {fault}")
         return 2
-    result = {
-        "schema": "klieg.peers/1",
-        "machine": {"processor": processor(), "cores": os.cpu_count()},
-        "scene": str(options.scene),
-        "size": options.size,
-        "object_pixels": view.surface + view.edge,
-        "agreement": agreement,
-        "not_run": absent,
-        "rows": rows,
-    }
-    options.out.write_text(json.dumps(result, indent=2) + "\n")
     print(table(result, options))
-    return 0 if len(agreeing) == len(peers) else 1
+    return 0 if all(of["agrees"] for of in agreement.values()) else 1
 
 
 def parse() -> argparse.Namespace:
@@ -100,15 +103,22 @@ def maps(program: Program, folder: Path | None) -> View:
 def find_peers(view: View, names: list[str]) -> tuple[list[Peer], dict[str, str]]:
     """Set the peers up that this machine can run; the others with the reason why not."""
     peers: list[Peer] = []
-    absent = {}
+    not_run: dict[str, str] = {}
     for name in names:
         say(f"setting up {name}")
-        try:
+        with failing(name, not_run):
             peers.append(make(name, view))
-        except (ImportError, UnavailableError) as fault:
-            absent[name] = str(fault)
-            say(f"{name} is not run: {fault}")
-    return peers, absent
+    return peers, not_run
+
+
+@contextmanager
+def failing(what: str, not_run: dict[str, str]) -> Iterator[None]:
+    """Note why a peer could not do something: whatever its package or a driver raises stops no other."""
+    try:
+        yield
+    except Exception as fault:
+        not_run[what] = f"{type(fault).__name__}: {fault}"
+        say(f"{what} is not run: {not_run[what]}")
 
 
 def make(name: str, view: View) -> Peer:
@@ -124,72 +134,96 @@ def make(name: str, view: View) -> Peer:
     return JaxPeer(view, name.removeprefix("jax-"))
 
 
-def check(program: Program, peer: Peer, view: View, numbers: list[int]) -> dict[str, Any]:
-    """Compare terms and scores with klieg's: the proof that both compute the same."""
+def check_all(
+    program: Program, peers: list[Peer], numbers: list[int], not_run: dict[str, str]
+) -> dict[str, dict[str, Any]]:
+    """Compare each peer's terms and scores with klieg's: the proof that all compute the same."""
     random = np.random.default_rng(1)
+    rigs = [random_rigs(random, CHECKED, lights) for lights in numbers]
+    expected = [[program.score(of[at].tolist()) for at in CHECKED_RIGS] for of in rigs] if peers else []
+    agreement: dict[str, dict[str, Any]] = {}
+    for peer in peers:
+        with failing(peer.name, not_run):
+            agreement[peer.name] = check(peer, rigs, expected)
+    return agreement
+
+
+def check(peer: Peer, rigs: list[NDArray[np.float64]], expected: list[list[dict[str, Any]]]) -> dict[str, Any]:
+    """Compare a peer with klieg's scores of some of the rigs."""
     terms, scores = 0.0, 0.0
-    for lights in numbers:
-        rigs = random_rigs(random, CHECKED, lights)
-        generation = peer.prepare(lights, CHECKED)
-        found, found_terms = generation.scores(records(rigs)), generation.terms()
-        for at in CHECKED_RIGS:
-            expected = program.score(rigs[at].tolist())
-            of = [expected["terms"][term] for term in TERMS]
-            terms = max(terms, float(np.abs(found_terms[at] - of).max()))
-            scores = max(scores, abs(float(found[at]) - expected["score"]))
+    for of, by_klieg in zip(rigs, expected, strict=True):
+        generation = peer.prepare(of.shape[1], len(of))
+        found, found_terms = generation.scores(records(of)), generation.terms()
+        for at, score in zip(CHECKED_RIGS, by_klieg, strict=True):
+            differences = np.abs(found_terms[at] - [score["terms"][term] for term in TERMS])
+            terms = max(terms, float(differences.max()))
+            scores = max(scores, abs(float(found[at]) - score["score"]))
     agrees = bool(max(terms, scores) <= TOLERANCE)
-    count = len(numbers) * len(CHECKED_RIGS)
+    count = len(rigs) * len(CHECKED_RIGS)
     say(f"{peer.name}: terms within {terms:.1e}, scores within {scores:.1e} of klieg's, {count} rigs")
     if not agrees:
         say(f"{peer.name} is not timed: it computes something else")
-    return {"peer": peer.name, "rigs": count, "terms": terms, "scores": scores, "agrees": agrees}
+    return {"rigs": count, "terms": terms, "scores": scores, "agrees": agrees}
 
 
-def time_in_turn(program: Program, peers: list[Peer], options: argparse.Namespace) -> list[dict[str, Any]]:
-    """Sample klieg, then each peer, and all of it again."""
-    medians: dict[tuple[str, str, int, int], list[float | None]] = {}
+# Who, on what, and the numbers of lights and of individuals.
+Key = tuple[str, str, int, int]
+# What a peer has compiled, by its name and the numbers of lights and of individuals.
+Prepared = dict[tuple[str, int, int], Generation]
+
+
+def time_in_turn(
+    program: Program, peers: list[Peer], options: argparse.Namespace, not_run: dict[str, str]
+) -> Iterator[list[dict[str, Any]]]:
+    """Sample klieg, then each peer, and all of it again: the rows so far, after every round."""
+    medians: dict[Key, list[float]] = {}
     prepared: Prepared = {}
     for number in range(options.rounds):
         say(f"round {number + 1} of {options.rounds}")
-        for name, device, lights, population, median in one_round(program, peers, prepared, options):
-            medians.setdefault((name, device, lights, population), []).append(median)
-    rows = []
-    for (name, device, lights, population), all_found in medians.items():
-        found = [median for median in all_found if median is not None]
-        row: dict[str, Any] = {"name": name, "device": device, "lights": lights, "population": population}
-        row |= {"median_ms": statistics.median(found) if found else None, "medians_ms": found}
-        rows.append(row)
-    return rows
+        for key, median in sample_klieg(program, options):
+            medians.setdefault(key, []).append(median)
+        for peer in peers:
+            for lights in options.lights:
+                for key, times in sample_peer(peer, lights, prepared, options, not_run):
+                    medians.setdefault(key, []).extend(times)
+        yield [row(key, found) for key, found in medians.items()]
 
 
-# What a peer has compiled, by its name and the numbers of lights and of individuals.
-Prepared = dict[tuple[str, int, int], Generation]
-Sampled = tuple[str, str, int, int, float | None]
+def row(key: Key, medians: list[float]) -> dict[str, Any]:
+    """Say what the rounds found; no median where none was measured."""
+    of = dict(zip(("name", "device", "lights", "population"), key, strict=True))
+    return of | {"median_ms": statistics.median(medians) if medians else None, "medians_ms": medians}
 
 
-def one_round(
-    program: Program, peers: list[Peer], prepared: Prepared, options: argparse.Namespace
-) -> Iterator[Sampled]:
-    """Sample everyone once: name, device, lights, population and the median in milliseconds, none where too slow."""
-    lists = [",".join(map(str, numbers)) for numbers in (options.lights, options.population)]
-    words = ["--lights", lists[0], "--population", lists[1], "--seconds", str(options.seconds), "--runs", str(MOST)]
+def sample_klieg(program: Program, options: argparse.Namespace) -> Iterator[tuple[Key, float]]:
+    """Sample klieg's generations, milliseconds."""
+    lights, population = (",".join(map(str, numbers)) for numbers in (options.lights, options.population))
+    words = ["--lights", lights, "--population", population, "--seconds", str(options.seconds), "--runs", str(MOST)]
     words += ["--device", options.devices] if options.devices else []
     for row in program.bench(words)["rows"]:
         device = row["device"]["name"] + (f", {row['threads']} threads" if row["threads"] else "")
-        yield f"klieg {row['pipeline']}", device, row["lights"], row["population"], row["median_ms"]
-    for peer in peers:
-        for lights in options.lights:
-            each = 0.0  # seconds of an individual
-            for population in sorted(options.population):
-                if each * population > TOO_LONG * options.seconds:
-                    yield peer.name, peer.device, lights, population, None
-                    continue
+        yield (f"klieg {row['pipeline']}", device, row["lights"], row["population"]), row["median_ms"]
+
+
+def sample_peer(
+    peer: Peer, lights: int, prepared: Prepared, options: argparse.Namespace, not_run: dict[str, str]
+) -> Iterator[tuple[Key, list[float]]]:
+    """Sample a peer's generations of any population: the median in milliseconds, or nothing of what is left out."""
+    each = 0.0  # seconds of an individual
+    for population in sorted(options.population):
+        medians: list[float] = []
+        what = f"{peer.name}, {lights} lights, N = {population}"
+        if each * population > TOO_LONG * options.seconds:
+            not_run[what] = f"too slow, some {each * population:.0f} seconds a generation"
+        else:
+            with failing(what, not_run):
                 key = (peer.name, lights, population)
                 if key not in prepared:
                     prepared[key] = peer.prepare(lights, population)
-                times = sample(prepared[key], lights, population, options.seconds)
-                each = statistics.median(times) / population
-                yield peer.name, peer.device, lights, population, 1e3 * statistics.median(times)
+                median = statistics.median(sample(prepared[key], lights, population, options.seconds))
+                each = median / population
+                medians.append(1e3 * median)
+        yield (peer.name, peer.device, lights, population), medians
 
 
 def sample(generation: Generation, lights: int, population: int, seconds: float) -> list[float]:
@@ -236,25 +270,30 @@ def table(result: dict[str, Any], options: argparse.Namespace) -> str:
         f"{result['machine']['processor']}, {result['machine']['cores']} cores",
         "milliseconds a generation, median of the rounds' medians (lowest to highest)",
         "",
-        f"{'lights':>6}  {'':34}" + "".join(f"{'N = ' + str(n):>26}" for n in columns),
+        f"{'lights':>6}  {'':50}" + "".join(f"{'N = ' + str(n):>26}" for n in columns),
     ]
     cells = {(row["name"], row["device"], row["lights"], row["population"]): row for row in result["rows"]}
     names = list(dict.fromkeys((row["name"], row["device"]) for row in result["rows"]))
     for lights in options.lights:
         for name, device in names:
-            row = "".join(f"{cell(cells.get((name, device, lights, n))):>26}" for n in columns)
-            lines.append(f"{lights:>6}  {f'{name}, {device}'[:34]:34}" + row)
-    lines += [f"not run: {name}: {reason}" for name, reason in result["not_run"].items()]
-    lines += [f"not timed: {of['peer']}, whose scores differ" for of in result["agreement"] if not of["agrees"]]
+            values = "".join(f"{cell(cells[name, device, lights, n]):>26}" for n in columns)
+            lines.append(f"{lights:>6}  {f'{name}, {device}'[:50]:50}" + values)
+    lines += [f"not run: {what}: {reason}" for what, reason in result["not_run"].items()]
+    lines += [f"not timed: {name}, whose scores differ" for name, of in result["agreement"].items() if not of["agrees"]]
     return "\n".join(lines)
 
 
-def cell(row: dict[str, Any] | None) -> str:
+def cell(row: dict[str, Any]) -> str:
     """Write a median and the range of the rounds'."""
-    if row is None or row["median_ms"] is None:
-        return "too slow"
+    if row["median_ms"] is None:
+        return "not run"
     low, high = min(row["medians_ms"]), max(row["medians_ms"])
-    return f"{row['median_ms']:.3g} ({low:.3g} to {high:.3g})"
+    return f"{digits(row['median_ms'])} ({digits(low)} to {digits(high)})"
+
+
+def digits(value: float) -> str:
+    """Write three significant digits, or all before the point."""
+    return f"{value:.0f}" if value >= 1000 else f"{value:.3g}"
 
 
 if __name__ == "__main__":
