@@ -140,6 +140,9 @@ check-python:
 	cd python && "$(abspath $(PYTHON_ENV))/bin/ruff" check . && "$(abspath $(PYTHON_ENV))/bin/ruff" format --check .
 	cd python && "$(abspath $(PYTHON_ENV))/bin/mypy"
 	cd python && "$(abspath $(PYTHON_ENV))/bin/stubtest" klieg._klieg --mypy-config-file pyproject.toml
+	cd benches/peers && "$(abspath $(PYTHON_ENV))/bin/ruff" check --config ../../python/pyproject.toml . && \
+		"$(abspath $(PYTHON_ENV))/bin/ruff" format --config ../../python/pyproject.toml --check . && \
+		"$(abspath $(PYTHON_ENV))/bin/mypy" --config-file ../../python/pyproject.toml .
 
 # In the Python of Blender's package, which `make judge` has too.
 test-blender: python-module $(JUDGE_ENV)/installed

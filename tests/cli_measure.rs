@@ -111,8 +111,12 @@ fn an_analysis_agrees_with_its_arrays() {
         "depth.npy",
         "depth.png",
         "edges.png",
+        "emissive.npy",
+        "metallic.npy",
         "normal.npy",
         "normals.png",
+        "position.npy",
+        "roughness.npy",
         "types.npy",
         "types.png",
     ];
@@ -127,10 +131,8 @@ fn an_analysis_agrees_with_its_arrays() {
         let file = npyz::NpyFile::new(&bytes[..]).unwrap();
         assert_eq!(json!(file.shape()), array["shape"]);
     }
-    let bytes = std::fs::read(place.path("maps/code.npy")).unwrap();
-    let code = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<u32>().unwrap();
-    let bytes = std::fs::read(place.path("maps/types.npy")).unwrap();
-    let types = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<u8>().unwrap();
+    let code: Vec<u32> = array(&place, "code");
+    let types: Vec<u8> = array(&place, "types");
     for (kind, name) in ["background", "surface", "edge"].iter().enumerate() {
         let count = types.iter().filter(|&&t| usize::from(t) == kind).count();
         assert_eq!(analysis["pixels"][name], count, "{name}");
@@ -148,6 +150,46 @@ fn an_analysis_agrees_with_its_arrays() {
     assert_eq!(clusters.len(), 3);
     let members: u64 = clusters.iter().map(|c| c["polygons"].as_u64().unwrap()).sum();
     assert_eq!(analysis["visible_polygons"], members);
+}
+
+/// An array of the folder `maps`.
+fn array<T: npyz::Deserialize>(place: &Folder, name: &str) -> Vec<T> {
+    let bytes = std::fs::read(place.path(&format!("maps/{name}.npy"))).unwrap();
+    npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap()
+}
+
+#[test]
+fn an_analysis_has_all_that_shading_needs() {
+    let place = Folder::new();
+    let analysis = json_of(&place, &["analyze", "ball.gltf", "--out", "maps", "--size", "50x40"]);
+    let [code, vectors] = [json!([40, 50]), json!([40, 50, 3])];
+    let shape = |name: &str| {
+        let arrays = analysis["arrays"].as_array().unwrap();
+        arrays.iter().find(|of| of["file"] == format!("{name}.npy")).unwrap()["shape"].clone()
+    };
+    for name in ["position", "normal", "base_color", "emissive"] {
+        assert_eq!(shape(name), vectors, "{name}");
+    }
+    assert_eq!([shape("metallic"), shape("roughness")], [code.clone(), code]);
+    let objects: Vec<_> = array::<u32>(&place, "code").iter().map(|&code| code != 0).collect();
+    let [depth, roughness, metallic]: [Vec<f32>; 3] =
+        ["depth", "roughness", "metallic"].map(|name| array(&place, name));
+    let position: Vec<f32> = array(&place, "position");
+    // The viewer's place along its axis, which a position and its depth lead to from any pixel.
+    let camera = |name: &str| -> Vec<f64> {
+        analysis["camera"][name].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+    };
+    let center = analysis["center"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap());
+    let away = std::iter::zip(camera("position"), center).map(|(eye, center)| eye - center);
+    let eye: f64 = std::iter::zip(away, camera("back")).map(|(away, back)| away * back).sum();
+    let eye = eye / analysis["radius"].as_f64().unwrap();
+    for (at, _) in objects.iter().enumerate().filter(|(_, object)| **object) {
+        let found = f64::from(position[3 * at + 2] + depth[at]);
+        assert!((found - eye).abs() < 1e-4, "{found}, not {eye}");
+        assert_eq!((metallic[at], roughness[at]), (0.0, 0.5));
+    }
+    let emissive: Vec<f32> = array(&place, "emissive");
+    assert!(emissive.iter().all(|&channel| channel == 0.0));
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub(super) struct Options {
 }
 
 /// All files that it writes.
-const FILES: [&str; 12] = [
+const FILES: [&str; 16] = [
     "code.png",
     "depth.png",
     "edges.png",
@@ -46,8 +46,12 @@ const FILES: [&str; 12] = [
     "clusters.png",
     "code.npy",
     "depth.npy",
+    "position.npy",
     "normal.npy",
     "base_color.npy",
+    "metallic.npy",
+    "roughness.npy",
+    "emissive.npy",
     "types.npy",
     "analyze.json",
 ];
@@ -105,7 +109,7 @@ struct Array {
     file: &'static str,
     dtype: &'static str,
     shape: Vec<u64>,
-    unit: &'static str,
+    unit: String,
 }
 
 pub(super) fn run(options: &Options) -> Result<()> {
@@ -170,30 +174,32 @@ fn write_arrays(maps: &Maps, staging: &mut Staging) -> Result<Vec<Array>> {
     let surface = &maps.surface;
     let plane = [u64::from(surface.height), u64::from(surface.width)];
     let vectors = [plane[0], plane[1], 3];
-    let depth = surface.depth.iter().copied();
-    let types = maps.types.iter().map(|&kind| kind as u8);
-    let code = npy::array(&plane, surface.code.iter().copied())?;
-    let normal = npy::array(&vectors, surface.normal.iter().flatten().copied())?;
-    let color = npy::array(&vectors, surface.base_color.iter().flatten().copied())?;
+    let numbers = |map: &[f32]| npy::array(&plane, map.iter().copied());
+    let triples = |map: &[[f32; 3]]| npy::array(&vectors, map.iter().flatten().copied());
+    let codes = npy::array(&plane, surface.code.iter().copied())?;
+    let types = npy::array(&plane, maps.types.iter().map(|&kind| kind as u8))?;
+    let (depth, metallic) = (numbers(&surface.depth)?, numbers(&surface.metallic)?);
+    let (position, normal) = (triples(&surface.position)?, triples(&surface.normal)?);
+    let (color, emissive) = (triples(&surface.base_color)?, triples(&surface.emissive)?);
+    let roughness = numbers(&surface.roughness)?;
+    let axes = "to the right, up and to the viewer";
     let mut arrays = Vec::new();
     for (file, dtype, shape, unit, bytes) in [
-        ("code.npy", "uint32", &plane[..], "polygon number, 0 in the background", code),
+        ("code.npy", "uint32", &plane[..], "polygon number, 0 in the background".into(), codes),
+        ("depth.npy", "float32", &plane, "scene radii along the view axis".into(), depth),
         (
-            "depth.npy",
+            "position.npy",
             "float32",
-            &plane,
-            "scene radii along the view axis",
-            npy::array(&plane, depth)?,
+            &vectors,
+            format!("scene radii from the scene's centre: {axes}"),
+            position,
         ),
-        ("normal.npy", "float32", &vectors, "unit vector: right, up, to the viewer", normal),
-        ("base_color.npy", "float32", &vectors, "linear RGB", color),
-        (
-            "types.npy",
-            "uint8",
-            &plane,
-            "0 background, 1 surface, 2 edge",
-            npy::array(&plane, types)?,
-        ),
+        ("normal.npy", "float32", &vectors, format!("unit vector: {axes}"), normal),
+        ("base_color.npy", "float32", &vectors, "linear RGB".into(), color),
+        ("metallic.npy", "float32", &plane, "metallic factor".into(), metallic),
+        ("roughness.npy", "float32", &plane, "perceptual roughness".into(), roughness),
+        ("emissive.npy", "float32", &vectors, "linear RGB".into(), emissive),
+        ("types.npy", "uint8", &plane, "0 background, 1 surface, 2 edge".into(), types),
     ] {
         staging.write(file, bytes)?;
         arrays.push(Array { file, dtype, shape: shape.to_vec(), unit });
