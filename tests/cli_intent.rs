@@ -2,8 +2,14 @@
 
 use glam::Vec3;
 use image::Rgba;
-use klieg::lighting::direction;
+use klieg::cpu::CpuEvaluator;
+use klieg::cpu::objects::of_objects;
+use klieg::design::profile::Profile;
+use klieg::evaluate::Evaluator;
+use klieg::lighting::{Light, LightKind, direction};
 use klieg::math::color::{luminance, srgb_decode};
+use klieg::objective::shadows::ShadowSettings;
+use klieg::scene::view::View;
 use klieg_support::common::Folder;
 use serde_json::Value;
 use std::path::Path;
@@ -221,4 +227,59 @@ fn a_target_picture_is_painted() {
     };
     assert!(apart("found") < 4.0, "{} {found}", apart("found"));
     assert!(apart("usual") > 4.0 * apart("found"), "{}", apart("usual"));
+}
+
+/// `F` of a design's rig in the pair's picture, as the objects of one name alone show it.
+fn judged_by(object: &str, result: &Value) -> f32 {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pair.glb");
+    let scene = klieg::scene::load::load(&path).unwrap();
+    let view = View::new(&scene, scene.cameras[0].clone(), 96, 96).unwrap();
+    let profile = Profile::named("natural").unwrap();
+    let (objective, shading) = ((profile.objective)(), (profile.shading)());
+    let shadows = ShadowSettings { on: true, ..ShadowSettings::default() };
+    let maps = klieg::cpu::draw(&scene, &view, &objective, (&shadows, None)).unwrap();
+    let instance = scene.instances.iter().find(|instance| instance.name == object).unwrap();
+    let range = scene.polygon_range(instance);
+    let maps = of_objects(&maps, |code| range.contains(&code));
+    let number = |light: &Value, name: &str| light[name].as_f64().unwrap() as f32;
+    let light = |light: &Value| Light {
+        kind: LightKind::POINT,
+        elevation: number(light, "elevation"),
+        azimuth: number(light, "azimuth"),
+        distance: number(light, "distance"),
+        diffuse: number(light, "diffuse"),
+        specular: number(light, "specular"),
+        ..Light::default()
+    };
+    let rig: Vec<_> = result["lights"].as_array().unwrap().iter().map(light).collect();
+    let mut evaluator = CpuEvaluator::new(maps, &view, objective, shading).unwrap();
+    evaluator.inspect(&rig).unwrap().score
+}
+
+#[test]
+fn what_is_in_focus_is_lit_better_than_without() {
+    let place = Folder::new();
+    let pair = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pair.glb");
+    let design = |out: &str, more: &[&str]| {
+        let arguments = ["design", pair.to_str().unwrap(), "--out", out];
+        place.klieg(&[&arguments[..], &options(more)].concat()).assert()
+    };
+    design("plain", &[]).success();
+    design("focused", &["--focus", "AMPHORA"]).success();
+    let [plain, focused] =
+        ["plain", "focused"].map(|out| place.read_json(&format!("{out}/result.json")));
+    assert!(plain["focus"].is_null() && focused["focus"][0] == "AMPHORA");
+    let [before, after] = [&plain, &focused].map(|result| judged_by("amphora", result));
+    assert!(after + 0.01 < before, "{before} {after}");
+
+    let unknown = design("none", &["--focus", "teapot"]).code(2);
+    let said = String::from_utf8_lossy(&unknown.get_output().stderr).into_owned();
+    assert!(said.contains("no object is named 'teapot': there are amphora, elephant"), "{said}");
+    let unseen = design(
+        "none",
+        &["--focus", "amphora", "--azimuth", "0", "--elevation", "0", "--fov", "0.2"],
+    );
+    let said = String::from_utf8_lossy(&unseen.code(2).get_output().stderr).into_owned();
+    assert!(said.contains("does not see what is in focus: amphora"), "{said}");
+    assert!(!place.path("none").exists());
 }

@@ -39,7 +39,7 @@ pub(super) struct Options {
     search: SearchOptions,
     /// Make this picture, a PNG of the design's size and view, such as a painted-over best.png: intensities and colours
     /// of the lights are solved for, and their places searched. What is not opaque is free
-    #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "keeps", "like"])]
+    #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "focus", "keeps", "like"])]
     target_picture: Option<PathBuf>,
     #[command(flatten)]
     checkpoint: CheckpointOptions,

@@ -26,6 +26,10 @@ pub(super) struct IntentOptions {
     /// Let no light stand below the horizon of the scene's centre
     #[arg(long)]
     no_below: bool,
+    /// Light some objects best, by the names of nodes or meshes: they count for three quarters of F, the whole picture
+    /// for the rest
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    focus: Vec<String>,
     /// Light like that of a picture, a PNG, JPEG or WebP file, transparent where it shows nothing of the kind: its
     /// brightnesses and gradients, and the tints of its lights and shadows
     #[arg(long, value_name = "PICTURE")]
@@ -58,6 +62,9 @@ impl IntentOptions {
         intent.contrast = self.contrast.unwrap_or(intent.contrast);
         intent.mood = self.mood.unwrap_or(intent.mood);
         intent.below &= !self.no_below;
+        if !self.focus.is_empty() {
+            settings.focus.clone_from(&self.focus);
+        }
         if !self.keeps.is_empty() {
             settings.lights.hold.clone_from(&self.keeps);
         }

@@ -10,6 +10,7 @@ pub mod gradient;
 pub mod histogram;
 pub mod moments;
 pub mod normal_detail;
+pub mod objects;
 pub mod pictures;
 pub mod pixel_types;
 pub mod pixels;

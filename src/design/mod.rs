@@ -6,6 +6,7 @@
 mod batch;
 pub mod coarse;
 mod designer;
+pub mod focus;
 pub mod intent;
 mod journal;
 pub mod like;
@@ -26,6 +27,7 @@ use std::ops::ControlFlow;
 pub(crate) use batch::Batch;
 pub use coarse::CoarseSettings;
 pub use designer::Designer;
+pub use focus::Focused;
 pub use intent::{Intent, Mood};
 pub use journal::{Journal, Remembered};
 pub use like::Look;

@@ -134,6 +134,21 @@ impl Shadows {
         Self { side, numbers, blocks, openness: vec![1.0; count as usize], occluders }
     }
 
+    /// The same table of those pixels alone that show an `object` still, an entry for each pixel.
+    pub(crate) fn of_pixels(&self, object: &[bool]) -> Self {
+        let occluders = Arc::clone(&self.occluders);
+        let mut part = Self::new(self.side, object.iter().copied(), occluders);
+        for (number, old) in
+            (0..object.len()).filter(|&at| object[at]).filter_map(|at| self.number(at)).enumerate()
+        {
+            for word in 0..words(self.side) {
+                *part.word_mut(number, word) = self.word(old, word);
+            }
+            part.openness[number] = self.openness[old];
+        }
+        part
+    }
+
     /// Directions along a side of the map.
     pub fn side(&self) -> u32 {
         self.side

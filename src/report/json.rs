@@ -274,6 +274,9 @@ pub struct Design {
     pub seed: u64,
     /// What light was wanted.
     pub intent: Intent,
+    /// Names of the objects for which it was wanted most.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub focus: Vec<String>,
     /// Settings of the quality function.
     pub objective: ObjectiveRecord,
     /// The best rig's quality.
@@ -309,6 +312,7 @@ impl Design {
             header,
             seed,
             intent: Intent::default(),
+            focus: Vec::new(),
             objective: objective.into(),
             quality: best.quality(),
             headlight: headlight.quality(),

@@ -60,6 +60,8 @@ pub struct Settings {
     pub lights: LightSettings,
     /// What light is wanted.
     pub intent: Intent,
+    /// Names of the objects for which it is wanted most.
+    pub focus: Vec<String>,
     /// The quality function.
     pub objective: Objective,
     /// The shading model.
@@ -212,6 +214,7 @@ impl Settings {
                 boxes: (profile.boxes)(),
             },
             intent: Intent::default(),
+            focus: Vec::new(),
             objective: (profile.objective)(),
             shading: (profile.shading)(),
             shadows: ShadowSettings { on: profile.shadows, ..ShadowSettings::default() },

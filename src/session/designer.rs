@@ -1,6 +1,7 @@
 //! How a design is made, one or many: the search, and all files that it leaves behind.
 
 use super::config::{First, Settings};
+use super::focus::focused;
 use super::{Engine, Session, evaluator_on, intent, milliseconds, warn};
 use crate::design::coarse::{self, run_coarse_first};
 use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
@@ -115,10 +116,13 @@ fn coarse(session: &mut Session, small: &View) -> Result<Option<Engine>> {
     let settings = Settings { objective, ..session.settings.clone() };
     let shadows = session.evaluator.maps()?.shadows.as_ref();
     let occluders = shadows.map(|shadows| Arc::clone(shadows.occluders()));
-    let mut coarse = evaluator_on(&session.device, (&session.scene, small), &settings, occluders)?;
+    let seen = (&*session.scene, small);
+    let mut coarse = evaluator_on(&session.device, seen, &settings, occluders)?;
     // What is a few pixels wide may be none there.
-    let seen = coarse.maps()?.counts.object() > 0;
-    Ok(seen.then_some(coarse))
+    if coarse.maps()?.counts.object() == 0 {
+        return Ok(None);
+    }
+    Ok(focused(coarse, &session.device, seen, &settings)?)
 }
 
 /// `observe`, and the end when the time that the settings give a search is over, which began at `start`.
@@ -247,6 +251,7 @@ pub fn result(session: &mut Session, outcome: &Outcome) -> Result<Design> {
     design.scene_lights = session.scene_lights();
     design.timing_ms = session.finish();
     design.intent = session.settings.intent;
+    design.focus.clone_from(&session.settings.focus);
     Ok(design)
 }
 

@@ -5,8 +5,9 @@ use super::device::{self, Opened};
 use super::pipelines::Stored;
 use super::values::Device;
 use crate::cpu::{self, CpuEvaluator};
+use crate::design::Focused;
 use crate::evaluate::Evaluator;
-use crate::gpu::GpuEvaluator;
+use crate::gpu::{GpuEvaluator, PipelineKind};
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
@@ -24,14 +25,31 @@ pub enum Engine {
         /// What stores its pipelines at the end.
         _stored: Arc<Stored>,
     },
+    /// Two of them, for a focus.
+    Focused(Box<Focused<Engine>>),
 }
 
 impl Engine {
+    /// On the Vulkan device of `stored`.
+    pub fn vulkan(gpu: GpuEvaluator, stored: &Arc<Stored>) -> Self {
+        Self::Vulkan { gpu: Box::new(gpu), _stored: Arc::clone(stored) }
+    }
+
     /// The evaluator alone.
     pub fn boxed(self) -> Box<dyn Evaluator> {
         match self {
             Self::Cpu(evaluator) => evaluator,
             Self::Vulkan { gpu, .. } => gpu,
+            Self::Focused(both) => both,
+        }
+    }
+
+    /// How the pictures are made; none natively.
+    pub fn pipeline(&self) -> Option<PipelineKind> {
+        match self {
+            Self::Cpu(_) => None,
+            Self::Vulkan { gpu, .. } => Some(gpu.pipeline()),
+            Self::Focused(both) => both.whole().pipeline(),
         }
     }
 
@@ -40,6 +58,7 @@ impl Engine {
         match self {
             Self::Cpu(_) => &[],
             Self::Vulkan { gpu, .. } => gpu.timings(),
+            Self::Focused(both) => both.whole().stage_times(),
         }
     }
 }
@@ -51,6 +70,7 @@ impl Deref for Engine {
         match self {
             Self::Cpu(evaluator) => &**evaluator,
             Self::Vulkan { gpu, .. } => &**gpu,
+            Self::Focused(both) => &**both,
         }
     }
 }
@@ -60,6 +80,7 @@ impl DerefMut for Engine {
         match self {
             Self::Cpu(evaluator) => &mut **evaluator,
             Self::Vulkan { gpu, .. } => &mut **gpu,
+            Self::Focused(both) => &mut **both,
         }
     }
 }
@@ -99,7 +120,7 @@ pub fn evaluator_on(
             let (context, shadows) = (&stored.context, &settings.shadows);
             let both = (objective, shading);
             let gpu = GpuEvaluator::with_shadows(context, scene, view, both, shadows)?;
-            Engine::Vulkan { gpu: Box::new(gpu), _stored: Arc::clone(stored) }
+            Engine::vulkan(gpu, stored)
         }
     })
 }
@@ -107,10 +128,8 @@ pub fn evaluator_on(
 /// Says what computes.
 pub fn announce(evaluator: &Engine) {
     let device = evaluator.device();
-    let pipeline = match evaluator {
-        Engine::Cpu(_) => String::new(),
-        Engine::Vulkan { gpu, .. } => format!(", pipeline {}", gpu.pipeline()),
-    };
+    let pipeline = evaluator.pipeline();
+    let pipeline = pipeline.map_or(String::new(), |pipeline| format!(", pipeline {pipeline}"));
     let (name, kind, driver) = (&device.name, device.kind, &device.driver);
     tracing::info!("device: {name} ({kind}, {driver}){pipeline}");
 }

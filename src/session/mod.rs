@@ -5,6 +5,7 @@ pub mod config;
 pub mod designer;
 pub mod device;
 mod engine;
+mod focus;
 pub mod input;
 pub mod intent;
 mod message;
@@ -137,6 +138,8 @@ impl Session {
         let mut evaluator = evaluator_on(device, (&scene, &view), &settings, None)?;
         sees(&mut evaluator, &scene, &view)?;
         note_coarse_shadows(&mut evaluator, &settings.shadows)?;
+        let evaluator = focus::focused(evaluator, device, (&scene, &view), &settings)?
+            .ok_or_else(|| focus::out_of_view(&scene, &view, &settings.focus))?;
         let kept = kept(&scene, &view, &settings)?;
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
         let (camera, width, height) = (&view.camera.name, view.width, view.height);

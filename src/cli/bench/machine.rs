@@ -160,8 +160,9 @@ impl Machine {
     /// The pipeline's name; `native` or `readback` for the baselines.
     pub fn pipeline(&self) -> String {
         match self {
-            Self::Whole(Engine::Vulkan { gpu, .. }) => gpu.pipeline().to_string(),
-            Self::Whole(Engine::Cpu(_)) | Self::Alone(..) => "native".into(),
+            Self::Whole(engine) | Self::Alone(engine, _) => {
+                engine.pipeline().map_or("native".into(), |pipeline| pipeline.to_string())
+            }
             Self::Readback(_) => "readback".into(),
         }
     }
