@@ -244,8 +244,8 @@ fn judged_by(object: &str, result: &Value) -> f32 {
     let number = |light: &Value, name: &str| light[name].as_f64().unwrap() as f32;
     let light = |light: &Value| Light {
         kind: LightKind::POINT,
-        elevation: number(light, "elevation"),
-        azimuth: number(light, "azimuth"),
+        elevation: number(light, "elevation_deg").to_radians(),
+        azimuth: number(light, "azimuth_deg").to_radians(),
         distance: number(light, "distance"),
         diffuse: number(light, "diffuse"),
         specular: number(light, "specular"),

@@ -45,7 +45,7 @@ mod tests {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/still-life.glb");
         let scene = load::load(&path).unwrap();
         let view = View::new(&scene, scene.cameras[0].clone(), 60, 40).unwrap();
-        let shadows = ShadowSettings { side: 7, ..ShadowSettings::default() };
+        let shadows = ShadowSettings { on: true, side: 7, ..ShadowSettings::default() };
         let whole = cpu::draw(&scene, &view, &Objective::default(), (&shadows, None)).unwrap();
         let range = scene.polygon_range(&scene.instances[1]);
         let part = of_objects(&whole, |code| range.contains(&code));
