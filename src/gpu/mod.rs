@@ -13,6 +13,8 @@ mod scene;
 pub mod shaders;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod tests;
 mod view;
 mod vulkan;
 

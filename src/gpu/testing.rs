@@ -1,7 +1,7 @@
 //! What the unit tests of the stages share: a watched device, small maps, and reading images back.
 
 use super::measure::generation::{Fitness, GenerationMemory, Measure};
-use super::view::memory::{GBuffer, ViewMemory};
+use super::view::memory::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer, ViewMemory};
 use super::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::vulkan::memory::{Access, Buffer, Image};
 use super::vulkan::pipeline::RigKind;
@@ -151,17 +151,17 @@ pub fn upload_surface(context: &Arc<Context>, surface: &Surface, to: &GBuffer) {
     };
     let source = vk::BufferUsageFlags::TRANSFER_SRC;
     let vec4 = [
-        (join(&surface.position, &surface.roughness), &to.position_roughness),
-        (join(&surface.normal, &surface.metallic), &to.normal_metallic),
-        (join(&surface.base_color, &face(0)), &to.base_color),
-        (join(&surface.emissive, &face(1)), &to.emissive),
+        (join(&surface.position, &surface.roughness), (&to.position_roughness, 0)),
+        (join(&surface.normal, &surface.metallic), (&to.normal_metallic, 0)),
+        (join(&surface.base_color, &face(0)), (&to.material, BASE_COLOR_LAYER)),
+        (join(&surface.emissive, &face(1)), (&to.material, EMISSIVE_LAYER)),
     ]
     .map(|(data, image)| (Buffer::of(context, "upload", &data, source).unwrap(), image));
     let code = Buffer::of(context, "upload", &surface.code, source).unwrap();
     Commands::once(context, |cmd| {
         context.upload(cmd, &code, (&to.code, 0));
-        for (buffer, image) in &vec4 {
-            context.upload(cmd, buffer, (image, 0));
+        for &(ref buffer, layer) in &vec4 {
+            context.upload(cmd, buffer, layer);
         }
         Ok(())
     })

@@ -271,7 +271,11 @@ impl Image {
             context: Arc::clone(context),
         };
         image.bind(desc.name)?;
-        image.create_view(desc.layers.is_some())?;
+        let kind = match desc.layers {
+            Some(_) => vk::ImageViewType::TYPE_2D_ARRAY,
+            None => vk::ImageViewType::TYPE_2D,
+        };
+        image.view = image.create_view(kind, image.range)?;
         context.name(raw, desc.name);
         Ok(image)
     }
@@ -288,18 +292,29 @@ impl Image {
             .call("vkBindImageMemory")
     }
 
-    fn create_view(&mut self, array: bool) -> Result<()> {
-        let kind =
-            if array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
+    fn create_view(
+        &self,
+        kind: vk::ImageViewType,
+        range: vk::ImageSubresourceRange,
+    ) -> Result<vk::ImageView> {
         let info = vk::ImageViewCreateInfo::default()
             .image(self.raw)
             .view_type(kind)
             .format(self.format)
-            .subresource_range(self.range);
+            .subresource_range(range);
         // SAFETY: the image is bound and alive.
-        self.view = unsafe { self.context.device()?.create_image_view(&info, None) }
-            .call("vkCreateImageView")?;
-        Ok(())
+        unsafe { self.context.device()?.create_image_view(&info, None) }.call("vkCreateImageView")
+    }
+
+    /// A view of one layer, which a draw can write.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn layer_view(&self, layer: u32) -> Result<LayerView> {
+        let range =
+            vk::ImageSubresourceRange { base_array_layer: layer, layer_count: 1, ..self.range };
+        let raw = self.create_view(vk::ImageViewType::TYPE_2D, range)?;
+        Ok(LayerView { raw, context: Arc::clone(&self.context) })
     }
 
     /// The Vulkan handle.
@@ -325,6 +340,26 @@ impl Image {
     /// Format of a texel.
     pub fn format(&self) -> vk::Format {
         self.format
+    }
+}
+
+/// A view of one layer of an [`Image`], whose owner keeps it for as long.
+pub struct LayerView {
+    raw: vk::ImageView,
+    context: Arc<Context>,
+}
+
+impl LayerView {
+    /// The Vulkan handle.
+    pub fn raw(&self) -> vk::ImageView {
+        self.raw
+    }
+}
+
+impl Drop for LayerView {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the work that uses the view before they drop it.
+        self.context.unless_gone(|device| unsafe { device.destroy_image_view(self.raw, None) });
     }
 }
 
