@@ -9,36 +9,16 @@ use super::{
 use crate::lighting::shading::Shading;
 use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
-use crate::scene::Scene;
-use crate::scene::build::{MeshData, SceneBuilder};
-use crate::scene::view::{Camera, Projection, View};
 use ash::vk;
-use glam::{DMat4, DVec3};
 use std::sync::Arc;
 
 const SIZE: [u32; 2] = [16, 12];
-
-/// A tetrahedron, from the front.
-fn scene() -> (Scene, View) {
-    let positions = [[1., 1., 1.], [-1., -1., 1.], [-1., 1., -1.], [1., -1., -1.]];
-    let indices = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
-    let mut builder = SceneBuilder::default();
-    let mesh = MeshData { positions: &positions, indices: Some(&indices), ..MeshData::default() };
-    let mesh = builder.add_mesh(&mesh).unwrap();
-    builder.add_instance("tetrahedron", mesh, DMat4::IDENTITY).unwrap();
-    let scene = builder.finish("test").unwrap();
-    let lens = Projection::Perspective { yfov: 0.7 };
-    let eye = DVec3::new(1.0, 2.0, 6.0);
-    let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, lens).unwrap();
-    let view = View::new(&scene, camera, SIZE[0], SIZE[1]).unwrap();
-    (scene, view)
-}
 
 /// The bindings of every pipeline layout of klieg's: those of each pipeline with shadows, and of an engine's
 /// surface and pictures.
 fn pipeline_layouts() -> Vec<Vec<Binding>> {
     use PipelineKind::{Compute, Forward, Layered};
-    let (scene, view) = scene();
+    let (scene, view) = testing::tetrahedron(SIZE);
     let (objective, shading) = (Objective::default(), Shading::default());
     let shadows = ShadowSettings { on: true, side: 3, ..ShadowSettings::default() };
     let of = |(pipeline, shape)| {

@@ -79,6 +79,12 @@ impl ShadowMemory {
         self.occluders.is_some()
     }
 
+    /// Bytes of memory that it takes.
+    pub fn bytes(&self) -> u64 {
+        let occluders = self.occluders.iter().flatten().map(Buffer::bytes).sum::<u64>();
+        self.table.bytes() + self.frame.bytes() + occluders
+    }
+
     /// Puts all that shaders read at five bindings from `first` on: table, nodes, triangles, opacity, frame.
     /// The set must not be in use.
     pub fn write(&self, set: &mut DescriptorSet, first: u32) {

@@ -127,6 +127,9 @@ impl Framebuffer {
         attachments: &[vk::ImageView],
         (extent, layers): (vk::Extent2D, u32),
     ) -> Result<Self> {
+        if context.is_dry() {
+            return Ok(Self { raw: vk::Framebuffer::null(), extent, context: Arc::clone(context) });
+        }
         let info = vk::FramebufferCreateInfo::default()
             .render_pass(pass.raw)
             .attachments(attachments)
