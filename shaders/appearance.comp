@@ -50,7 +50,7 @@ void main() {
         if (LIGHTS) {
             add_lights(value.y, texelFetch(surface_1, pixel, 0).xy, sums);
         }
-        if (DETAIL && imageLoad(type_map, pixel).x == SURFACE) {
+        if (DETAIL && type_at(pixel) == SURFACE) {
             add_detail(slope(pixel, layer, value.x), texelFetch(color_surface, ivec3(pixel, 1), 0).w, sums);
         }
         if (TARGET) {

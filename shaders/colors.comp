@@ -2,7 +2,7 @@
 // The surface's records for shading in colour, and for what more is measured than the brightness.
 // References: Shading::reflectance, cpu::normal_detail.
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "records.glsl"
 #include "normal_gradient.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
@@ -39,8 +39,8 @@ void main() {
     }
     float roughness = texelFetch(position_roughness_map, pixel, 0).w;
     float metallic = texelFetch(normal_metallic_map, pixel, 0).w;
-    vec3 base = texelFetch(base_color_map, pixel, 0).rgb;
-    vec3 emissive = texelFetch(emissive_map, pixel, 0).rgb;
+    vec3 base = base_color_of(pixel);
+    vec3 emissive = emissive_of(pixel);
     vec3 constants = shading_constants();
     if (SHADOW_SIDE > 0 && texelFetch(code_map, pixel, 0).r != 0u) {
         float open = openness(pixel, texelFetch(normal_metallic_map, pixel, 0).xyz);
@@ -51,7 +51,7 @@ void main() {
     float n_v = max(dot(texelFetch(normal_metallic_map, pixel, 0).xyz, to_viewer(p)), 0.0);
     ColorReflectance looks =
         color_reflectance(base, metallic, roughness, emissive, n_v, constants);
-    bool surface = imageLoad(type_map, pixel).x == SURFACE;
+    bool surface = type_at(pixel) == SURFACE;
     float gradient = surface ? normal_gradient(pixel) : 0.0;
     imageStore(color_records, ivec3(pixel, 0), vec4(looks.diffuse, looks.lobe));
     imageStore(color_records, ivec3(pixel, 1), vec4(looks.specular, gradient));

@@ -46,7 +46,7 @@ void main() {
         vec2 sobel = vec2((a.z + 2.0 * h.z + b.z) - (a.x + 2.0 * h.x + b.x),
                           (b.x + 2.0 * b.y + b.z) - (a.x + 2.0 * a.y + a.z)) / 8.0;
         float slope = length(sobel);
-        uint kind = imageLoad(type_map, pixel).x;
+        uint kind = type_at(pixel);
         total.surface += kind == SURFACE ? slope : 0.0;
         total.edge += kind == EDGE ? min(slope / parameters.edge_contrast, 1.0) : 0.0;
         above = here;

@@ -18,7 +18,7 @@ void main() {
     ShapePart part = ShapePart(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (uint y = strip * STRIP; y < min((strip + 1u) * STRIP, parameters.size.y); ++y) {
         ivec2 pixel = ivec2(x, y);
-        uint kind = imageLoad(type_map, pixel).x;
+        uint kind = type_at(pixel);
         if (kind == BACKGROUND) {
             continue;
         }
@@ -33,7 +33,7 @@ void main() {
         part.xx += n.x * n.x;
         part.xy += n.x * n.y;
         part.yy += n.y * n.y;
-        part.base += luminance(texelFetch(base_color_map, pixel, 0).rgb);
+        part.base += luminance(base_color_of(pixel));
     }
     partials[strip * parameters.size.x + x] = part;
 }

@@ -12,7 +12,7 @@ void main() {
     }
     uint count = 0;
     for (uint x = 0; x < parameters.size.x; ++x) {
-        count += imageLoad(type_map, ivec2(x, y)).x != BACKGROUND ? 1 : 0;
+        count += type_at(ivec2(x, y)) != BACKGROUND ? 1 : 0;
     }
     row_counts[y] = count;
 }

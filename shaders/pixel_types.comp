@@ -26,7 +26,7 @@ void main() {
     for (uint y = top; y < min(top + STRIP, parameters.size.y); ++y) {
         ivec2 pixel = ivec2(x, y);
         uint type = type_of(pixel);
-        imageStore(type_map, pixel, uvec4(type));
+        imageStore(types_out, pixel, uvec4(type));
         surface += uint(type == SURFACE);
         edge += uint(type == EDGE);
     }

@@ -11,9 +11,9 @@ bvec3 column(int x, int y) {
     ivec2 last = ivec2(parameters.size) - 1;
     bvec3 object = bvec3(false);
     if (x <= last.x) {
-        object.x = y > 0 && imageLoad(type_map, ivec2(x, y - 1)).x != BACKGROUND;
-        object.y = imageLoad(type_map, ivec2(x, y)).x != BACKGROUND;
-        object.z = y < last.y && imageLoad(type_map, ivec2(x, y + 1)).x != BACKGROUND;
+        object.x = y > 0 && type_at(ivec2(x, y - 1)) != BACKGROUND;
+        object.y = type_at(ivec2(x, y)) != BACKGROUND;
+        object.z = y < last.y && type_at(ivec2(x, y + 1)) != BACKGROUND;
     }
     return object;
 }

@@ -1,7 +1,7 @@
 #version 460
 // The surface's records from its material. Reference: Shading::reflectance.
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "records.glsl"
 #include "shading.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
@@ -13,11 +13,11 @@ void main() {
     }
     vec4 position_roughness = texelFetch(position_roughness_map, pixel, 0);
     vec4 normal_metallic = texelFetch(normal_metallic_map, pixel, 0);
-    vec3 base = texelFetch(base_color_map, pixel, 0).rgb;
-    vec3 emissive = texelFetch(emissive_map, pixel, 0).rgb;
+    vec3 base = base_color_of(pixel);
+    vec3 emissive = emissive_of(pixel);
     Reflectance looks = reflectance(
         base, normal_metallic.w, position_roughness.w, emissive, shading_constants());
-    float kind = float(imageLoad(type_map, pixel).x);
+    float kind = float(type_at(pixel));
     imageStore(record_0, pixel, vec4(position_roughness.xyz, looks.shininess));
     imageStore(record_1, pixel, vec4(normal_metallic.xyz, looks.diffuse));
     imageStore(record_2, pixel, vec4(looks.specular, looks.unlit, kind, 0.0));

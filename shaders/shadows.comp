@@ -10,6 +10,9 @@ const bool NEAR_LIGHTS = false;
 
 #include "shadow.glsl"
 
+// The table, written.
+layout(set = 1, binding = 0, r32ui) uniform writeonly uimage2DArray shadow_words;
+
 void main() {
     // A submission has some rows of the picture alone, from chunk.first on.
     ivec2 pixel = ivec2(gl_GlobalInvocationID.x, chunk.first + gl_GlobalInvocationID.y);

@@ -19,10 +19,9 @@ layout(set = 0, binding = 5) uniform utexture2D id_image;
 layout(set = 0, binding = 6, r32ui) uniform writeonly uimage2D code_map;
 layout(set = 0, binding = 7, rgba32f) uniform writeonly image2D position_roughness_map;
 layout(set = 0, binding = 8, rgba32f) uniform writeonly image2D normal_metallic_map;
-layout(set = 0, binding = 9, rgba32f) uniform writeonly image2D base_color_map;
-layout(set = 0, binding = 10, rgba32f) uniform writeonly image2D emissive_map;
+layout(set = 0, binding = 9, rgba32f) uniform writeonly image2DArray material_map; // see layout.glsl
 
-layout(set = 0, binding = 11, std140) uniform EngineSurface {
+layout(set = 0, binding = 10, std140) uniform EngineSurface {
     mat4 frame_from_clip;
     mat4 frame_from_normals; // a rotation
     vec4 eye; // the viewer in the light frame; w: 1 where all view rays are parallel
@@ -113,8 +112,8 @@ void main() {
         imageStore(code_map, pixel, uvec4(0));
         imageStore(position_roughness_map, pixel, vec4(0.0));
         imageStore(normal_metallic_map, pixel, vec4(0.0));
-        imageStore(base_color_map, pixel, vec4(0.0));
-        imageStore(emissive_map, pixel, vec4(0.0));
+        imageStore(material_map, ivec3(pixel, 0), vec4(0.0));
+        imageStore(material_map, ivec3(pixel, 1), vec4(0.0));
         return;
     }
     float roughness = engine.base_color_roughness.w;
@@ -133,6 +132,6 @@ void main() {
     imageStore(code_map, pixel, uvec4(code));
     imageStore(position_roughness_map, pixel, vec4(p, clamp(roughness, 0.0, 1.0)));
     imageStore(normal_metallic_map, pixel, vec4(n, clamp(metallic, 0.0, 1.0)));
-    imageStore(base_color_map, pixel, vec4(base_color_of(pixel), face_code.x));
-    imageStore(emissive_map, pixel, vec4(emissive, face_code.y));
+    imageStore(material_map, ivec3(pixel, 0), vec4(base_color_of(pixel), face_code.x));
+    imageStore(material_map, ivec3(pixel, 1), vec4(emissive, face_code.y));
 }

@@ -21,7 +21,7 @@ void main() {
     for (uint k = gl_LocalInvocationIndex; k < SIDE * SIDE; k += gl_WorkGroupSize.x) {
         ivec2 pixel = corner + ivec2(k % SIDE, k / SIDE);
         if (all(lessThan(pixel, ivec2(parameters.size)))
-            && imageLoad(type_map, pixel).x != BACKGROUND) {
+            && type_at(pixel) != BACKGROUND) {
             atomicMin(first, k);
         }
     }

@@ -222,7 +222,7 @@ void main() {
         ivec2 pixel = corner - 1 + ivec2(at % FRAME, at / FRAME);
         bool object = all(greaterThanEqual(pixel, ivec2(0)))
             && all(lessThan(pixel, ivec2(parameters.size)))
-            && imageLoad(type_map, pixel).x != BACKGROUND;
+            && type_at(pixel) != BACKGROUND;
         if (object) {
             shade(at, first * LIGHTS, pixel);
         } else {
@@ -239,7 +239,7 @@ void main() {
         uint at = lane + k * GROUP;
         ivec2 place = corner + ivec2(at % SIDE, at / SIDE);
         bool inside = all(lessThan(place, ivec2(parameters.size)));
-        kinds[k] = inside ? imageLoad(type_map, place).x : BACKGROUND;
+        kinds[k] = inside ? type_at(place) : BACKGROUND;
         outlines[k] = OUTLINE && kinds[k] != BACKGROUND && is_outline(place);
         pixel_count += kinds[k] != BACKGROUND ? 1 : 0;
     }

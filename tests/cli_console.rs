@@ -122,6 +122,7 @@ fn tables_fit_eighty_columns() {
         &[&["study", "optimizers", "ball.gltf", "-o", "p", "--runs", "2"], &SMALL[..]].concat(),
         &["terms"],
         &["devices"],
+        &["devices", "--for", "ball.gltf", "--size", "64x48"],
         &["inspect", "ball.gltf"],
     ] {
         let shown = text(&run(&place, arguments, b"").stdout);

@@ -219,6 +219,49 @@ fn the_list_of_devices_ends_with_the_native_evaluator() {
 }
 
 #[test]
+fn the_memory_of_a_search_is_told_before_it_is_taken() {
+    let place = Folder::new();
+    let planned = |more: &[&str]| {
+        let asked = ["devices", "--for", "ball.gltf", "--size", "64x48"];
+        json_of(&place, &[&asked[..], more].concat())
+    };
+    let told = planned(&["--lights", "3", "--population", "50"]);
+    let search = &told["for"];
+    assert_eq!((&search["size"], &search["lights"]), (&json!("64x48"), &json!(3)));
+    assert_eq!((&search["population"], &search["shadows"]), (&json!(50), &json!(true)));
+    let plain = planned(&["--shadows", "off"]);
+    let vulkan = |listing: &Value| -> Vec<Value> {
+        let devices = listing["devices"].as_array().unwrap();
+        devices[..devices.len() - 1].to_vec()
+    };
+    for (device, unshadowed) in vulkan(&told).iter().zip(vulkan(&plain)) {
+        let names: Vec<_> = device["plans"].as_array().unwrap().iter().collect();
+        assert_eq!(names.iter().map(|plan| &plan["pipeline"]).collect::<Vec<_>>()[0], "compute");
+        for (plan, other) in names.iter().zip(unshadowed["plans"].as_array().unwrap()) {
+            let bytes = |plan: &Value, name: &str| plan[name].as_u64().unwrap();
+            // 31 words of 4 bytes for each pixel.
+            assert!(bytes(plan, "shadows") >= 64 * 48 * 31 * 4, "{plan}");
+            assert!(bytes(other, "shadows") < 64 << 10, "{other}");
+            assert!(bytes(plan, "population") > bytes(other, "population"), "{plan} {other}");
+            assert_eq!(plan["fits"], true, "{plan}");
+        }
+    }
+    let text = place.klieg(&["devices", "--for", "ball.gltf"]).assert().success();
+    let text = String::from_utf8(text.get_output().stdout.clone()).unwrap();
+    assert!(text.contains("at 512x512, 20 rigs of 2 lights, with shadows"), "{text}");
+
+    std::fs::write(place.path("bad.gltf"), "{").unwrap();
+    for wrong in [
+        &["--for", "bad.gltf"][..],
+        &["--for", "none.gltf"],
+        &["--for", "ball.gltf", "--population", "1"],
+        &["--size", "64x64"],
+    ] {
+        place.klieg(&[&["devices"], wrong].concat()).assert().code(2);
+    }
+}
+
+#[test]
 fn every_pipeline_gives_the_same_score() {
     let place = Folder::new();
     let score = |more: &[&str]| {

@@ -185,8 +185,10 @@ fn small(given: &str) -> String {
         if let Some(at) = small.iter().position(|word| *word == name) {
             small.drain(at..at + 2);
         }
-        if known && !value.is_empty() {
-            small.extend([name, value]);
+        let with = [&small[..], &[name, value]].concat();
+        // Some ask for others, such as `klieg devices --size` for `--for`.
+        if known && !value.is_empty() && Cli::try_parse_from(&with).is_ok() {
+            small = with;
         }
     }
     small.extend(redirected);

@@ -57,7 +57,7 @@ bool is_outline(ivec2 pixel) {
     bool found = false;
     for (int k = 0; k < 9; ++k) {
         ivec2 at = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
-        found = found || imageLoad(type_map, at).x == BACKGROUND;
+        found = found || type_at(at) == BACKGROUND;
     }
     return found;
 }

@@ -47,40 +47,45 @@ vec3 shading_constants() {
 layout(set = 0, binding = 1) uniform utexture2D code_map;
 layout(set = 0, binding = 2) uniform texture2D position_roughness_map;
 layout(set = 0, binding = 3) uniform texture2D normal_metallic_map;
-layout(set = 0, binding = 4) uniform texture2D base_color_map;
-layout(set = 0, binding = 5) uniform texture2D emissive_map;
+// Layer 0: base colour, and x of the polygon's normal; layer 1: emitted radiance, and y.
+layout(set = 0, binding = 4) uniform texture2DArray material_map;
+
+vec3 base_color_of(ivec2 pixel) {
+    return texelFetch(material_map, ivec3(pixel, 0), 0).rgb;
+}
+
+vec3 emissive_of(ivec2 pixel) {
+    return texelFetch(material_map, ivec3(pixel, 1), 0).rgb;
+}
 
 // The polygon's unit normal, turned to the viewer.
 vec3 face_of(ivec2 pixel) {
     return octahedral_decode(vec2(
-        texelFetch(base_color_map, pixel, 0).w, texelFetch(emissive_map, pixel, 0).w));
+        texelFetch(material_map, ivec3(pixel, 0), 0).w,
+        texelFetch(material_map, ivec3(pixel, 1), 0).w));
 }
 
-// Maps made from it.
-layout(set = 0, binding = 6, r32f) uniform image2D depth_map;
-layout(set = 0, binding = 7, r32f) uniform image2D sobel_map;
-layout(set = 0, binding = 8, r32f) uniform image2D laplace_map;
-layout(set = 0, binding = 9, r32ui) uniform uimage2D type_map;
+// BACKGROUND, SURFACE or EDGE, made from it; maps.glsl has the maps between.
+layout(set = 0, binding = 5) uniform utexture2D type_map;
 
-// The surface as the population reads it: position and shininess; normal and diffuse reflectance;
-// specular reflectance, unlit luminance and pixel type. Reflectances are luminances.
-layout(set = 0, binding = 10, rgba32f) uniform writeonly image2D record_0;
-layout(set = 0, binding = 11, rgba32f) uniform writeonly image2D record_1;
-layout(set = 0, binding = 12, rgba32f) uniform writeonly image2D record_2;
-layout(set = 0, binding = 13) uniform texture2D surface_0;
-layout(set = 0, binding = 14) uniform texture2D surface_1;
-layout(set = 0, binding = 15) uniform texture2D surface_2;
+uint type_at(ivec2 pixel) {
+    return texelFetch(type_map, pixel, 0).r;
+}
+
+// The surface as the population reads it, which records.glsl writes: position and shininess; normal and
+// diffuse reflectance; specular reflectance, unlit luminance and pixel type. Reflectances are luminances.
+layout(set = 0, binding = 6) uniform texture2D surface_0;
+layout(set = 0, binding = 7) uniform texture2D surface_1;
+layout(set = 0, binding = 8) uniform texture2D surface_2;
 
 // The same for shading in colour, in layers: diffuse reflectance and lobe; specular reflectance and
 // |grad n| on SURFACE; unlit radiance and target picture; with shadows the polygon's normal and the ambient
 // occlusion. See color.glsl. A single pixel where nothing is in colour.
-layout(set = 0, binding = 25, rgba32f) uniform writeonly image2DArray color_records;
-layout(set = 0, binding = 26) uniform texture2DArray color_surface;
+layout(set = 0, binding = 9) uniform texture2DArray color_surface;
 
-// The shadow table, written; see shadow.glsl for how it is read, and for bindings 28 to 32.
-layout(set = 0, binding = 27, r32ui) uniform writeonly uimage2DArray shadow_words;
+// Bindings 10 to 14, the shadow table and the occluders, are in shadow.glsl.
 
-layout(set = 0, binding = 16, std430) buffer ViewStatistics {
+layout(set = 0, binding = 15, std430) buffer ViewStatistics {
     uint surface; // SURFACE pixels
     uint edge; // EDGE pixels
     float normal_detail; // G_n
@@ -96,9 +101,9 @@ layout(set = 0, binding = 16, std430) buffer ViewStatistics {
 
 // The population's pictures: sRGB-encoded luminance 0..1, NO_OBJECT in the background; in colour the
 // irradiance beside it, see encoded() in color.glsl.
-layout(set = 0, binding = 17) uniform texture2DArray pictures;
+layout(set = 0, binding = 16) uniform texture2DArray pictures;
 
-layout(set = 0, binding = 18, std430) readonly buffer Lights {
+layout(set = 0, binding = 17, std430) readonly buffer Lights {
     Light lights[];
 };
 
@@ -112,13 +117,13 @@ struct Gradient {
     float surface; // sum over SURFACE of |grad I|
     float edge; // sum over EDGE of min(1, |grad I| / edge_contrast)
 };
-layout(set = 0, binding = 19, std430) buffer HistogramParts {
+layout(set = 0, binding = 18, std430) buffer HistogramParts {
     uint histogram_parts[]; // a byte, or in tiles 16 bits, for each bin
 };
-layout(set = 0, binding = 20, std430) buffer MomentParts {
+layout(set = 0, binding = 19, std430) buffer MomentParts {
     Moments moment_parts[];
 };
-layout(set = 0, binding = 21, std430) buffer GradientParts {
+layout(set = 0, binding = 20, std430) buffer GradientParts {
     Gradient gradient_parts[];
 };
 
@@ -136,7 +141,7 @@ struct Appearance {
     uint outline_count; // pixels beside the background
     float outline; // sum over them of what merges with it
 };
-layout(set = 0, binding = 24, std430) buffer AppearanceParts {
+layout(set = 0, binding = 21, std430) buffer AppearanceParts {
     Appearance appearance_parts[];
 };
 

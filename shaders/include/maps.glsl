@@ -1,4 +1,5 @@
-// What the stages that run once for each view share: set 1, their scratch memory. The other side is
+// What the stages that run once for each view share: set 1, their scratch memory
+// and the maps that they write. The other side is
 // src/gpu/view/maps.rs.
 #ifndef KLIEG_MAPS
 #define KLIEG_MAPS
@@ -19,6 +20,11 @@ struct ShapePart {
     float base; // the base colour's luminance
 };
 layout(set = 1, binding = 2, std430) buffer Partials { ShapePart partials[]; };
+
+layout(set = 1, binding = 3, r32f) uniform writeonly image2D depth_map;
+layout(set = 1, binding = 4, r32f) uniform image2D sobel_map;
+layout(set = 1, binding = 5, r32f) uniform image2D laplace_map;
+layout(set = 1, binding = 6, r32ui) uniform writeonly uimage2D types_out;
 
 // A work group's invocations stand side by side; each takes a strip of so many pixels downwards.
 layout(constant_id = 2) const uint STRIP = MAP_STRIP;

@@ -49,7 +49,7 @@ void main() {
         return;
     }
     vec2 value = vec2(NO_OBJECT, 0.0);
-    if (imageLoad(type_map, at.xy).x != BACKGROUND) {
+    if (type_at(at.xy) != BACKGROUND) {
         Seen pixel = seen(texelFetch(rendered, at + ivec3(0, 0, chunk.first), 0).rgb);
         value = vec2(pixel.brightness, pixel.burnt ? -1.0 : 0.0);
     }

@@ -6,9 +6,9 @@
 #define KLIEG_SHADOW
 
 #ifndef OCCLUDERS_SET
-#define SHADOW_TABLE_BINDING 28
+#define SHADOW_TABLE_BINDING 10
 #define OCCLUDERS_SET 0
-#define OCCLUDERS_BINDING 29
+#define OCCLUDERS_BINDING 11
 #endif
 
 #include "light.glsl"

@@ -1,5 +1,8 @@
 //! `klieg devices`: what can compute here.
 
+mod memory;
+
+use self::memory::{ForOptions, Plan, Search};
 use super::device::{self, Chosen};
 use super::print;
 use super::values::Device;
@@ -13,6 +16,8 @@ use serde::Serialize;
 /// List the devices and what they can do for klieg
 #[derive(Debug, Args)]
 pub(super) struct Options {
+    #[command(flatten)]
+    memory: ForOptions,
     /// Print JSON on standard output
     #[arg(long)]
     json: bool,
@@ -29,6 +34,9 @@ struct Listing {
     vulkan: Option<usize>,
     /// Why there is no Vulkan here.
     no_vulkan: Option<String>,
+    /// The search whose memory is told, where one is asked for.
+    #[serde(rename = "for", skip_serializing_if = "Option::is_none")]
+    search: Option<Search>,
     devices: Vec<Entry>,
 }
 
@@ -36,7 +44,13 @@ struct Listing {
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Entry {
-    Vulkan(DeviceReport),
+    Vulkan {
+        #[serde(flatten)]
+        report: Box<DeviceReport>,
+        /// What each pipeline takes for the search.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        plans: Option<Vec<Plan>>,
+    },
     Cpu {
         index: usize,
         #[serde(flatten)]
@@ -46,6 +60,7 @@ enum Entry {
 }
 
 pub(super) fn run(options: &Options) -> Result<()> {
+    let search = options.memory.search()?;
     let (reports, fault) = device::list();
     let cpu = reports.len();
     let number = |chosen| match chosen {
@@ -55,13 +70,19 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let auto = number(device::choose(&Device::Auto, &reports)?);
     let vulkan = device::choose(&Device::Vulkan, &reports).ok().map(number);
     let native = Entry::Cpu { index: cpu, info: crate::cpu::device(), lacks: [] };
+    let vulkan_entry = |report: DeviceReport| -> Result<Entry> {
+        let plans = search.as_ref().map(|search| search.plans(&report)).transpose()?;
+        Ok(Entry::Vulkan { report: Box::new(report), plans })
+    };
+    let entries: Result<Vec<_>> = reports.into_iter().map(vulkan_entry).collect();
     let listing = Listing {
         schema: "klieg.devices/1",
         klieg: env!("CARGO_PKG_VERSION"),
         auto,
         vulkan,
         no_vulkan: fault.map(|fault| fault.to_string()),
-        devices: reports.into_iter().map(Entry::Vulkan).chain([native]).collect(),
+        devices: entries?.into_iter().chain([native]).collect(),
+        search,
     };
     if options.json { print::out(json::text(&listing)?) } else { print::out(show(&listing)) }
 }
@@ -71,7 +92,7 @@ fn show(listing: &Listing) -> String {
     table.column_iter_mut().for_each(|c| c.set_cell_alignment(comfy_table::CellAlignment::Left));
     for entry in &listing.devices {
         let (index, info, able) = match entry {
-            Entry::Vulkan(report) => (report.index, &report.info, abilities(report)),
+            Entry::Vulkan { report, .. } => (report.index, &report.info, abilities(report)),
             Entry::Cpu { index, info, .. } => (*index, info, "runs klieg".into()),
         };
         let mut names = vec![index.to_string()];
@@ -89,7 +110,12 @@ fn show(listing: &Listing) -> String {
     }
     let fault = listing.no_vulkan.as_ref().map(|fault| format!("\n{fault}\n"));
     let table = print::wrapped(table);
-    format!("{table}\n{}", fault.unwrap_or_default())
+    let plans = listing.devices.iter().filter_map(|entry| match entry {
+        Entry::Vulkan { report, plans: Some(plans) } => Some((report.index, &plans[..])),
+        _ => None,
+    });
+    let memory = listing.search.as_ref().map(|search| format!("\n{}", search.table(plans)));
+    format!("{table}\n{}{}", fault.unwrap_or_default(), memory.unwrap_or_default())
 }
 
 /// What a Vulkan device can and cannot do.

@@ -172,15 +172,6 @@ fn sizes(textures: &[[u32; 2]]) -> String {
     sizes.iter().rev().map(each).collect::<Vec<_>>().join(", ")
 }
 
-/// Bytes in words.
-fn bytes_in_words(bytes: u64) -> String {
-    let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
-    let unit = units.into_iter().find(|&(power, _)| bytes >> power > 0);
-    unit.map_or(format!("{bytes} bytes"), |(power, unit)| {
-        format!("{:.1} {unit}", bytes as f64 / f64::from(1 << power))
-    })
-}
-
 /// The first entries of a list.
 fn listed(list: &[String]) -> String {
     const SHOWN: usize = 8;
@@ -215,7 +206,7 @@ impl Inspection {
     fn show(&self) -> String {
         let Contents { container, bytes, version, generator, counts, .. } = &self.contents;
         let name = print::name(&self.file);
-        let mut text = format!("{name}: {container} {version}, {}", bytes_in_words(*bytes));
+        let mut text = format!("{name}: {container} {version}, {}", print::bytes_in_words(*bytes));
         if !generator.is_empty() {
             text += &format!(", written by {}", print::name(generator));
         }

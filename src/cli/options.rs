@@ -125,7 +125,7 @@ impl PoseOptions {
 
 /// Whether lights cast shadows.
 #[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
-enum Shadows {
+pub(super) enum Shadows {
     /// They do
     On,
     /// Nothing blocks light

@@ -49,6 +49,15 @@ pub(super) fn name(name: &str) -> String {
     visible(&name.replace(['\n', '\t'], " ")).into_owned()
 }
 
+/// Bytes in words.
+pub(super) fn bytes_in_words(bytes: u64) -> String {
+    let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
+    let unit = units.into_iter().find(|&(power, _)| bytes >> power > 0);
+    unit.map_or(format!("{bytes} bytes"), |(power, unit)| {
+        format!("{:.1} {unit}", bytes as f64 / f64::from(1 << power))
+    })
+}
+
 /// The files that a command wrote, a line each.
 pub(super) fn written(files: &[PathBuf]) -> String {
     files.iter().map(|file| format!("  {}\n", file.display())).collect()

@@ -54,16 +54,9 @@ pub fn draw(
     objective: &Objective,
     (settings, occluders): (&ShadowSettings, Option<Arc<Occluders>>),
 ) -> Result<Maps> {
-    scene.check()?;
-    view.check()?;
     objective.check()?;
     settings.check()?;
-    let most = FILLED.1 + FILLED.0 * u64::from(view.width) * u64::from(view.height);
-    let surface = visibility::draw_within(scene, view, most).ok_or_else(|| {
-        let fault =
-            "its triangles cover each other so many times that drawing them would take very long";
-        Error::input(&scene.path, format!("{fault}: a smaller picture takes less"))
-    })?;
+    let surface = seen(scene, view)?;
     let mut maps = maps(surface, objective);
     if settings.on {
         let occluders = match occluders {
@@ -73,6 +66,26 @@ pub fn draw(
         maps.shadows = Some(shadows::table(&maps.surface, occluders, settings));
     }
     Ok(maps)
+}
+
+/// The visible surface of a scene.
+fn seen(scene: &Scene, view: &View) -> Result<Surface> {
+    scene.check()?;
+    view.check()?;
+    let most = FILLED.1 + FILLED.0 * u64::from(view.width) * u64::from(view.height);
+    visibility::draw_within(scene, view, most).ok_or_else(|| {
+        let fault =
+            "its triangles cover each other so many times that drawing them would take very long";
+        Error::input(&scene.path, format!("{fault}: a smaller picture takes less"))
+    })
+}
+
+/// Object pixels of a view.
+///
+/// # Errors
+/// As [`draw`], but for its settings.
+pub fn objects(scene: &Scene, view: &View) -> Result<u32> {
+    Ok(seen(scene, view)?.code.iter().filter(|&&code| code != 0).count() as u32)
 }
 
 /// The maps of a view whose visible surface is `surface`, with the thresholds of `objective`.

@@ -29,6 +29,8 @@ use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
 
+pub mod plan;
+
 /// Measures populations on a Vulkan device: N chromosomes go up, N numbers come back.
 ///
 /// The first generation makes the memory and the pipelines that it needs; a later one makes none,
@@ -120,8 +122,19 @@ impl GpuEvaluator {
         context: &Arc<Context>,
         scene: &Scene,
         view: &View,
-        (objective, shading): (Objective, Shading),
+        settings: (Objective, Shading),
         shadows: &ShadowSettings,
+    ) -> Result<Self> {
+        Self::of_scene(context, scene, view, settings, (shadows, None))
+    }
+
+    /// The same, with the number of object pixels where the context is dry and draws none.
+    fn of_scene(
+        context: &Arc<Context>,
+        scene: &Scene,
+        view: &View,
+        (objective, shading): (Objective, Shading),
+        (shadows, known): (&ShadowSettings, Option<u32>),
     ) -> Result<Self> {
         context.check_present()?;
         if !context.needs().scene {
@@ -131,7 +144,7 @@ impl GpuEvaluator {
         let (lights, settings) = (context.lights(), (&objective, &shading));
         let (memory, drawn, drawable) =
             drawn::draw(context, scene, view, settings, lights, Some(shadows))?;
-        let objects = drawn.objects(&memory)?;
+        let objects = known.map_or_else(|| drawn.objects(&memory), Ok)?;
         let drawable = Arc::new(drawable);
         let measure = measure(context, &memory, objects, Views::Scene(&drawable))?;
         let scene = (measure.0 == PipelineKind::Forward).then_some(drawable);

@@ -13,6 +13,8 @@ mod scene;
 pub mod shaders;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod tests;
 mod view;
 mod vulkan;
 
@@ -21,6 +23,7 @@ pub use engine::pictures::ImportedPictures;
 pub use engine::surface::{EngineImage, ImportedSurface, SurfaceImages};
 pub use engine::surface_evaluator::SurfaceEvaluator;
 pub use evaluator::GpuEvaluator;
+pub use evaluator::plan::MemoryPlan;
 pub use measure::generation::ScoreTarget;
 pub use readback::ReadbackEvaluator;
 pub use vulkan::allocator::{Access, DeviceAllocator, DeviceMemory, MemoryRequest};
@@ -30,3 +33,4 @@ pub use vulkan::context::{Context, ContextOptions, Counters, Tuning};
 pub use vulkan::devices::{DeviceChoice, DeviceReport, devices};
 pub use vulkan::features::{EnabledFeatures, FeatureChain};
 pub use vulkan::requirements::{Limit, Needs, Requirements};
+pub use vulkan::usage::MemoryUse;

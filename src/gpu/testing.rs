@@ -1,7 +1,7 @@
 //! What the unit tests of the stages share: a watched device, small maps, and reading images back.
 
 use super::measure::generation::{Fitness, GenerationMemory, Measure};
-use super::view::memory::{GBuffer, ViewMemory};
+use super::view::memory::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer, ViewMemory};
 use super::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::vulkan::memory::{Access, Buffer, Image};
 use super::vulkan::pipeline::RigKind;
@@ -11,10 +11,12 @@ use crate::lighting::LightRecord;
 use crate::math::frame::Frame;
 use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
 use crate::objective::shadows::place;
+use crate::scene::Scene;
+use crate::scene::build::{MeshData, SceneBuilder};
 use crate::scene::view::{Camera, Projection, View};
 use ash::vk;
 use bytemuck::Pod;
-use glam::{DVec3, Mat4, Vec3};
+use glam::{DMat4, DVec3, Mat4, Vec3};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A software or hardware device with the validation layer on: a machine without fails the test.
@@ -27,6 +29,13 @@ pub fn with_tuning(tuning: Tuning) -> Arc<Context> {
     alone();
     let options = ContextOptions { validation: true, tuning, ..Default::default() };
     Context::new(&options).expect("a Vulkan device and the validation layer")
+}
+
+/// The same that is dry.
+pub fn dry(tuning: &Tuning) -> Arc<Context> {
+    alone();
+    let options = ContextOptions { validation: true, tuning: tuning.clone(), ..Default::default() };
+    Context::dry(&options).expect("a Vulkan device and the validation layer")
 }
 
 /// From here to its thread's end, keeps other tests from validation layers, some of which (1.3.239) crash where two
@@ -63,6 +72,22 @@ pub fn view(width: u32, height: u32) -> View {
         Frame { center: DVec3::ZERO, radius: 1.0, right: DVec3::X, up: DVec3::Y, back: DVec3::Z };
     let eye = Vec3::Z * 4.0;
     View { width, height, camera, frame, eye, clip_from_frame: Mat4::IDENTITY }
+}
+
+/// A scene with a tetrahedron, from the front.
+pub fn tetrahedron([width, height]: [u32; 2]) -> (Scene, View) {
+    let positions = [[1., 1., 1.], [-1., -1., 1.], [-1., 1., -1.], [1., -1., -1.]];
+    let indices = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+    let mut builder = SceneBuilder::default();
+    let mesh = MeshData { positions: &positions, indices: Some(&indices), ..MeshData::default() };
+    let mesh = builder.add_mesh(&mesh).unwrap();
+    builder.add_instance("tetrahedron", mesh, DMat4::IDENTITY).unwrap();
+    let scene = builder.finish("test").unwrap();
+    let lens = Projection::Perspective { yfov: 0.7 };
+    let eye = DVec3::new(1.0, 2.0, 6.0);
+    let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, lens).unwrap();
+    let view = View::new(&scene, camera, width, height).unwrap();
+    (scene, view)
 }
 
 /// Maps of a bumpy sphere with many materials; every seventh object pixel is EDGE.
@@ -151,17 +176,17 @@ pub fn upload_surface(context: &Arc<Context>, surface: &Surface, to: &GBuffer) {
     };
     let source = vk::BufferUsageFlags::TRANSFER_SRC;
     let vec4 = [
-        (join(&surface.position, &surface.roughness), &to.position_roughness),
-        (join(&surface.normal, &surface.metallic), &to.normal_metallic),
-        (join(&surface.base_color, &face(0)), &to.base_color),
-        (join(&surface.emissive, &face(1)), &to.emissive),
+        (join(&surface.position, &surface.roughness), (&to.position_roughness, 0)),
+        (join(&surface.normal, &surface.metallic), (&to.normal_metallic, 0)),
+        (join(&surface.base_color, &face(0)), (&to.material, BASE_COLOR_LAYER)),
+        (join(&surface.emissive, &face(1)), (&to.material, EMISSIVE_LAYER)),
     ]
     .map(|(data, image)| (Buffer::of(context, "upload", &data, source).unwrap(), image));
     let code = Buffer::of(context, "upload", &surface.code, source).unwrap();
     Commands::once(context, |cmd| {
         context.upload(cmd, &code, (&to.code, 0));
-        for (buffer, image) in &vec4 {
-            context.upload(cmd, buffer, (image, 0));
+        for &(ref buffer, layer) in &vec4 {
+            context.upload(cmd, buffer, layer);
         }
         Ok(())
     })

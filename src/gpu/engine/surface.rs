@@ -62,7 +62,7 @@ pub struct SurfaceImages {
 
 /// Bindings of the stage's set: the engine's images, the G-buffer's, the block.
 const ENGINE_IMAGES: u32 = 6;
-const BLOCK: u32 = 11;
+const BLOCK: u32 = 10;
 
 fn bindings() -> Vec<Binding> {
     let kind = |number| match number {
@@ -182,7 +182,7 @@ impl SurfaceStages {
         let context = &self.context;
         Commands::once(context, |cmd| {
             let (color, layout) = (vk::ClearColorValue::default(), vk::ImageLayout::GENERAL);
-            for (_, image) in g_buffer.images() {
+            for image in g_buffer.images() {
                 // SAFETY: `cmd` is being recorded; the images are alive, in this layout, and may be
                 // cleared.
                 unsafe {
@@ -257,8 +257,7 @@ impl SurfaceStages {
             set.write_view(number as u32, view, layout);
         }
         if let Some(g_buffer) = &memory.g_buffer {
-            let written = g_buffer.images().into_iter().take((BLOCK - ENGINE_IMAGES) as usize);
-            for (number, (_, image)) in (ENGINE_IMAGES..).zip(written) {
+            for (number, image) in (ENGINE_IMAGES..).zip(g_buffer.surface()) {
                 set.write_image(number, image, general);
             }
         }

@@ -13,65 +13,48 @@ pub mod binding {
     pub const POSITION_ROUGHNESS: u32 = 2;
     /// Sampled, RGBA32_SFLOAT: unit normal; metallic factor.
     pub const NORMAL_METALLIC: u32 = 3;
-    /// Sampled, RGBA32_SFLOAT: linear base colour.
-    pub const BASE_COLOR: u32 = 4;
-    /// Sampled, RGBA32_SFLOAT: linear emitted radiance.
-    pub const EMISSIVE: u32 = 5;
-    /// Storage, R32_SFLOAT: depth.
-    pub const DEPTH: u32 = 6;
-    /// Storage, R32_SFLOAT: length of the depth's Sobel pair.
-    pub const SOBEL: u32 = 7;
-    /// Storage, R32_SFLOAT: the depth's Laplacian.
-    pub const LAPLACE: u32 = 8;
-    /// Storage, R32_UINT: pixel types.
-    pub const TYPES: u32 = 9;
-    /// Storage, RGBA32_SFLOAT, write: record 0.
-    pub const RECORD_0: u32 = 10;
-    /// Storage, RGBA32_SFLOAT, write: record 1.
-    pub const RECORD_1: u32 = 11;
-    /// Storage, RGBA32_SFLOAT, write: record 2.
-    pub const RECORD_2: u32 = 12;
+    /// Sampled array, RGBA32_SFLOAT: linear base colour; linear emitted radiance.
+    pub const MATERIAL: u32 = 4;
+    /// Sampled, R32_UINT: pixel types.
+    pub const TYPES: u32 = 5;
     /// Sampled: record 0, position and shininess.
-    pub const SURFACE_0: u32 = 13;
+    pub const SURFACE_0: u32 = 6;
     /// Sampled: record 1, normal and diffuse reflectance.
-    pub const SURFACE_1: u32 = 14;
+    pub const SURFACE_1: u32 = 7;
     /// Sampled: record 2, specular reflectance, unlit luminance and pixel type.
-    pub const SURFACE_2: u32 = 15;
+    pub const SURFACE_2: u32 = 8;
+    /// Sampled array: the records for shading in colour; diffuse reflectance and lobe, specular reflectance
+    /// and `|∇n|`, unlit radiance and target picture, with shadows the polygon's normal and the ambient
+    /// occlusion.
+    pub const COLOR_SURFACE: u32 = 9;
+    /// Sampled array, R32_UINT: the shadow table, a layer for each word of a pixel.
+    pub const SHADOW_TABLE: u32 = 10;
+    /// Storage block: `Node[]` of the occluders.
+    pub const NODES: u32 = 11;
+    /// Storage block: `Triangle[]` of the occluders.
+    pub const TRIANGLES: u32 = 12;
+    /// Storage block: opacity of the occluders, words.
+    pub const OPACITY: u32 = 13;
+    /// Uniform block: the occluders' frame from the light frame, a matrix.
+    pub const OCCLUDERS_FRAME: u32 = 14;
     /// Storage block `ViewStatistics`.
-    pub const VIEW_STATISTICS: u32 = 16;
+    pub const VIEW_STATISTICS: u32 = 15;
     /// Sampled array, R32_SFLOAT: the population's pictures.
-    pub const PICTURES: u32 = 17;
+    pub const PICTURES: u32 = 16;
     /// Storage block: `LightRecord[N·L]`.
-    pub const LIGHTS: u32 = 18;
+    pub const LIGHTS: u32 = 17;
     /// Storage block: partial histograms.
-    pub const HISTOGRAM: u32 = 19;
+    pub const HISTOGRAM: u32 = 18;
     /// Storage block: partial moments.
-    pub const MOMENTS: u32 = 20;
+    pub const MOMENTS: u32 = 19;
     /// Storage block: partial gradients.
-    pub const GRADIENT: u32 = 21;
+    pub const GRADIENT: u32 = 20;
+    /// Storage block: partial appearances.
+    pub const APPEARANCE: u32 = 21;
     /// Storage block: `F` of each individual.
     pub const SCORES: u32 = 22;
     /// Storage block: statistics of each individual.
     pub const DETAILS: u32 = 23;
-    /// Storage block: partial appearances.
-    pub const APPEARANCE: u32 = 24;
-    /// Storage array, RGBA32_SFLOAT, write: the records for shading in colour.
-    pub const COLOR_RECORDS: u32 = 25;
-    /// Sampled array: the same; diffuse reflectance and lobe, specular reflectance and `|∇n|`, unlit
-    /// radiance and target picture, with shadows the polygon's normal and the ambient occlusion.
-    pub const COLOR_SURFACE: u32 = 26;
-    /// Storage array, R32_UINT, write: the shadow table, a layer for each word of a pixel.
-    pub const SHADOW_WORDS: u32 = 27;
-    /// Sampled array: the same.
-    pub const SHADOW_TABLE: u32 = 28;
-    /// Storage block: `Node[]` of the occluders.
-    pub const NODES: u32 = 29;
-    /// Storage block: `Triangle[]` of the occluders.
-    pub const TRIANGLES: u32 = 30;
-    /// Storage block: opacity of the occluders, words.
-    pub const OPACITY: u32 = 31;
-    /// Uniform block: the occluders' frame from the light frame, a matrix.
-    pub const OCCLUDERS_FRAME: u32 = 32;
 }
 
 /// Numbers of the bindings of set 1 of the stages that visit object pixels alone.
@@ -119,28 +102,30 @@ pub fn pixel_bindings() -> Vec<Binding> {
     (0..=pixel_binding::WINDOW).map(|number| (number, kind(number), stages)).collect()
 }
 
-/// Every binding of the view's descriptor set.
+/// Every binding of the view's descriptor set. No stage writes images of it: those that some stage writes are
+/// in sets of that stage's own, as devices allow few storage images in a pipeline's layout.
 pub fn bindings() -> Vec<Binding> {
     use vk::DescriptorType as Kind;
     use vk::ShaderStageFlags as Stage;
     let all = Stage::COMPUTE | Stage::FRAGMENT;
     let kind = |number| match number {
-        binding::PARAMETERS => (Kind::UNIFORM_BUFFER, all),
-        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX | all),
-        binding::COLOR_RECORDS | binding::SHADOW_WORDS => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
-        binding::COLOR_SURFACE | binding::SHADOW_TABLE => (Kind::SAMPLED_IMAGE, all),
+        binding::PARAMETERS | binding::OCCLUDERS_FRAME => (Kind::UNIFORM_BUFFER, all),
+        binding::CODE..=binding::SHADOW_TABLE => (Kind::SAMPLED_IMAGE, all),
         binding::NODES..=binding::OPACITY => (Kind::STORAGE_BUFFER, all),
-        binding::OCCLUDERS_FRAME => (Kind::UNIFORM_BUFFER, all),
-        binding::DEPTH..=binding::RECORD_2 => (Kind::STORAGE_IMAGE, Stage::COMPUTE),
-        binding::CODE..=binding::EMISSIVE => (Kind::SAMPLED_IMAGE, all),
-        binding::SURFACE_0..=binding::SURFACE_2 => (Kind::SAMPLED_IMAGE, all),
         binding::PICTURES => (Kind::SAMPLED_IMAGE, Stage::COMPUTE),
+        binding::LIGHTS => (Kind::STORAGE_BUFFER, Stage::VERTEX | all),
         _ => (Kind::STORAGE_BUFFER, Stage::COMPUTE),
     };
-    (0..=binding::OCCLUDERS_FRAME)
+    (0..=binding::DETAILS)
         .map(|number| {
             let (kind, stages) = kind(number);
             (number, kind, stages)
         })
         .collect()
+}
+
+/// Bindings from `first` on for so many images that compute stages write.
+pub fn written_images(first: u32, count: u32) -> impl Iterator<Item = Binding> {
+    let kind = vk::DescriptorType::STORAGE_IMAGE;
+    (first..first + count).map(move |number| (number, kind, vk::ShaderStageFlags::COMPUTE))
 }

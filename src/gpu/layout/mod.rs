@@ -11,7 +11,7 @@ use crate::lighting::shading::Shading;
 use crate::objective::terms::TERMS;
 use crate::objective::{Example, HISTOGRAM_BINS, MAX_TERMS, MeanTarget, Objective};
 use crate::scene::view::View;
-pub use bindings::{binding, bindings, pixel_binding, pixel_bindings};
+pub use bindings::{binding, bindings, pixel_binding, pixel_bindings, written_images};
 use bytemuck::{Pod, Zeroable};
 pub use statistics::{AppearancePart, Detail, GradientPart, MomentPart, ShapePart, ViewStatistics};
 

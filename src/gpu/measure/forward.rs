@@ -157,8 +157,8 @@ impl PictureStage for ForwardDraw {
             usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
         };
         let depth = Image::new(&self.context, &depth)?;
-        let images = [&pictures, &depth];
-        let framebuffer = Framebuffer::new(&self.context, self.pass, &images, layers)?;
+        let (views, of) = ([pictures.view(), depth.view()], (pictures.extent(), layers));
+        let framebuffer = Framebuffer::new(&self.context, self.pass, &views, of)?;
         self.target = Some(Target { framebuffer, pictures, _depth: depth });
         self.set.write_buffer(0, lights);
         Ok(())

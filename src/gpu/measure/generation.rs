@@ -226,6 +226,11 @@ impl GenerationMemory {
         Ok(true)
     }
 
+    /// Individuals that are measured at once.
+    pub fn at_once(&self) -> u32 {
+        self.chunk.min(self.individuals)
+    }
+
     /// Whether it holds so many individuals and lights.
     pub fn holds(&self, individuals: u32, records: usize) -> bool {
         individuals <= self.individuals && records <= self.records

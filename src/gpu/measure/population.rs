@@ -160,7 +160,8 @@ impl PictureStage for StoredDraw {
         let layers = target_layers(count);
         let texels = (self.format(), [width, height]);
         let image = pictures(&self.context, texels, layers, self.written())?;
-        let framebuffer = Framebuffer::new(&self.context, self.pass, &[&image], layers)?;
+        let of = (image.extent(), layers);
+        let framebuffer = Framebuffer::new(&self.context, self.pass, &[image.view()], of)?;
         self.pictures = Some(Pictures { framebuffer, image });
         Ok(())
     }

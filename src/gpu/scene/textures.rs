@@ -120,7 +120,7 @@ impl Textures {
                 .descriptor_type(KIND)
                 .image_info(&info);
             // SAFETY: set, view and sampler belong to `self` and are alive; the set is not in use.
-            unsafe { self.context.device()?.update_descriptor_sets(&[write], &[]) };
+            unsafe { self.context.write_descriptor(write) };
         }
         Ok(())
     }

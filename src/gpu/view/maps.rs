@@ -1,11 +1,11 @@
 //! The compute stages that make a view's maps from its G-buffer, once for each view, in order:
 //! `depth_range`, `edges`, `pixel_types`, `visible`, `normal_detail` and `normal_detail_total`.
 
-use super::memory::{PIXEL_GROUP, ViewMemory};
+use super::memory::{GBuffer, PIXEL_GROUP, ViewMemory};
 use crate::Result;
 use crate::constants::MAP_STRIP as STRIP;
 use crate::gpu::Context;
-use crate::gpu::layout::ShapePart;
+use crate::gpu::layout::{self, ShapePart};
 use crate::gpu::shaders;
 use crate::gpu::vulkan::commands::{COMPUTE_WRITE, COPY_WRITE, Scope, StageTimer};
 use crate::gpu::vulkan::dispatch::Dispatch;
@@ -38,7 +38,16 @@ const STAGES: [(&str, &[u32], Reach); 6] = [
     ("normal_detail_total", shaders::NORMAL_DETAIL_TOTAL_COMP, Reach::Picture),
 ];
 
-/// The stages with their scratch memory, set 1 of `shaders/include/maps.glsl`.
+/// Bindings of set 1: the scratch buffers, and from here on the depth's maps and the pixel types.
+const FIRST_IMAGE: u32 = 3;
+
+fn bindings() -> Vec<Binding> {
+    let buffer = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
+    let buffers = (0..FIRST_IMAGE).map(|number| (number, buffer.0, buffer.1));
+    buffers.chain(layout::written_images(FIRST_IMAGE, 4)).collect()
+}
+
+/// The stages with their scratch memory and the maps that they write, set 1 of `shaders/include/maps.glsl`.
 pub struct MapStages {
     stages: Vec<(&'static str, Pipeline, [u32; 3])>,
     set: DescriptorSet,
@@ -52,15 +61,13 @@ pub struct MapStages {
 }
 
 impl MapStages {
-    /// For a view whose colour codes are at most `polygons`, or have any value.
+    /// For a view with a G-buffer, whose colour codes are at most `polygons`, or have any value.
     ///
     /// # Errors
     /// [`crate::Error::Unsupported`] when there are more polygons or pixels than the device can
     /// take, and [device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, polygons: Option<u32>) -> Result<Self> {
-        let kind = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::COMPUTE);
-        let bindings: [Binding; 3] = [0, 1, 2].map(|number| (number, kind.0, kind.1));
-        let mut set = DescriptorSet::new(context, "maps", &bindings)?;
+        let mut set = DescriptorSet::new(context, "maps", &bindings())?;
         let sets = [view.set.layout(), set.layout()];
         let layout = PipelineLayout::new(context, &sets, vk::ShaderStageFlags::empty(), 0)?;
         let [width, height] = view.size;
@@ -70,8 +77,12 @@ impl MapStages {
         let visible = Buffer::storage(context, "visible polygons", 4 * words)?;
         let partials =
             Buffer::storage(context, "partial sums", size_of::<ShapePart>() as u64 * strips)?;
-        for (number, buffer) in [&depth_range, &visible, &partials].into_iter().enumerate() {
-            set.write_buffer(number as u32, buffer);
+        for (number, buffer) in (0..).zip([&depth_range, &visible, &partials]) {
+            set.write_buffer(number, buffer);
+        }
+        let depth_maps = view.g_buffer.iter().flat_map(GBuffer::depth_maps);
+        for (number, image) in (FIRST_IMAGE..).zip(depth_maps.chain([&view.types])) {
+            set.write_image(number, image, vk::ImageLayout::GENERAL);
         }
         let stage = |(stem, spirv, reach): (&'static str, &[u32], Reach)| {
             let ([x, y], rows) = match reach {

@@ -6,7 +6,7 @@
 //!
 //! - the G-buffer and the depth's maps ([`GBuffer`]), only where the device itself makes the maps.
 //!   The visibility draw or, of what an engine has drawn, the stage `surface` writes the G-buffer's
-//!   five images, `edges` the maps;
+//!   surface, `edges` the maps;
 //! - the pixel types, R32_UINT, numbered as [`PixelType`](crate::objective::maps::PixelType);
 //! - the surface's records, three RGBA32_SFLOAT images that `population` reads: position and
 //!   shininess; normal and diffuse reflectance; specular reflectance (normalised), unlit luminance
@@ -55,6 +55,11 @@ pub fn push_constants(chunk: &Chunk) -> Option<(vk::ShaderStageFlags, &[u8])> {
     Some((PUSH_STAGES, bytemuck::bytes_of(chunk)))
 }
 
+/// Layer of a G-buffer's material: linear base colour; x of the polygon's normal, octahedral.
+pub const BASE_COLOR_LAYER: u32 = 0;
+/// Layer of a G-buffer's material: linear emitted radiance; y of the polygon's normal, octahedral.
+pub const EMISSIVE_LAYER: u32 = 1;
+
 /// What the visibility draw or `surface`, and `edges` write. All of the picture's size, in layout `GENERAL`.
 pub struct GBuffer {
     /// Colour code, R32_UINT; 0 is the background.
@@ -63,16 +68,21 @@ pub struct GBuffer {
     pub position_roughness: Image,
     /// RGBA32_SFLOAT: unit normal turned to the viewer; metallic factor.
     pub normal_metallic: Image,
-    /// RGBA32_SFLOAT: linear base colour; x of the polygon's normal, octahedral.
-    pub base_color: Image,
-    /// RGBA32_SFLOAT: linear emitted radiance; y of the polygon's normal, octahedral.
-    pub emissive: Image,
+    /// RGBA32_SFLOAT in layers: [`BASE_COLOR_LAYER`] and [`EMISSIVE_LAYER`].
+    pub material: Image,
     /// R32_SFLOAT: distance along the view axis.
     pub depth: Image,
     /// R32_SFLOAT: length of the depth's Sobel pair.
     pub sobel: Image,
     /// R32_SFLOAT: the depth's Laplacian.
     pub laplace: Image,
+}
+
+/// Images of a view that some of its stages write: set 1 of these stages, and their layout.
+pub struct Written {
+    set: DescriptorSet,
+    /// Of the view's set and this.
+    pub layout: PipelineLayout,
 }
 
 /// All device memory of a view, its descriptor set and its stages' pipeline layout.
@@ -148,9 +158,7 @@ impl ViewMemory {
         let layers = if casting.is_some() { 4 } else { 3 };
         let colors = colors(context, if colored { size } else { [1, 1] }, layers)?;
         let shadows = ShadowMemory::new(context, size, casting)?;
-        set.write_image(binding::SHADOW_WORDS, &shadows.table, vk::ImageLayout::GENERAL);
         shadows.write(&mut set, binding::SHADOW_TABLE);
-        set.write_image(binding::COLOR_RECORDS, &colors, vk::ImageLayout::GENERAL);
         set.write_image(binding::COLOR_SURFACE, &colors, vk::ImageLayout::GENERAL);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::TRANSFER_DST
@@ -160,7 +168,6 @@ impl ViewMemory {
         set.write_buffer(binding::VIEW_STATISTICS, &statistics);
         set.write_image(binding::TYPES, &types, vk::ImageLayout::GENERAL);
         for (i, image) in records.iter().enumerate() {
-            set.write_image(binding::RECORD_0 + i as u32, image, vk::ImageLayout::GENERAL);
             set.write_image(binding::SURFACE_0 + i as u32, image, vk::ImageLayout::GENERAL);
         }
         let memory = Self {
@@ -190,10 +197,10 @@ impl ViewMemory {
     /// [Device errors](crate::Error::is_device).
     pub fn add_g_buffer(&mut self, written: vk::ImageUsageFlags) -> Result<&GBuffer> {
         let g_buffer = GBuffer::new(&self.context, self.size, written)?;
-        for (number, image) in g_buffer.images() {
+        for (number, image) in (binding::CODE..).zip(g_buffer.surface()) {
             self.set.write_image(number, image, vk::ImageLayout::GENERAL);
         }
-        to_general(&self.context, &g_buffer.images().map(|(_, image)| image))?;
+        to_general(&self.context, &g_buffer.images())?;
         Ok(self.g_buffer.insert(g_buffer))
     }
 
@@ -301,6 +308,25 @@ impl ViewMemory {
         self.context.dispatch(cmd, &run);
     }
 
+    /// The same of a stage with a set of its own behind the view's.
+    pub fn dispatch_with(
+        &self,
+        cmd: vk::CommandBuffer,
+        (pipeline, own): (&Pipeline, &Written),
+        groups: [u32; 3],
+        push: &Chunk,
+    ) {
+        let run = Dispatch {
+            pipeline,
+            layout: own.layout,
+            sets: &[self.set.raw(), own.set.raw()],
+            offsets: &[],
+            push: push_constants(push),
+            groups,
+        };
+        self.context.dispatch(cmd, &run);
+    }
+
     /// Work groups of [`PIXEL_GROUP`] that cover the picture.
     pub fn pixel_groups(&self) -> [u32; 3] {
         let [x, y] = PIXEL_GROUP;
@@ -308,40 +334,61 @@ impl ViewMemory {
     }
 }
 
+impl Written {
+    /// For stages that write these images, which are in layout `GENERAL`, at bindings from 0 on.
+    ///
+    /// # Errors
+    /// [`Error::Vulkan`].
+    pub fn new(
+        context: &Arc<Context>,
+        view: &ViewMemory,
+        (name, images): (&str, &[&Image]),
+    ) -> Result<Self> {
+        let bindings: Vec<_> = layout::written_images(0, images.len() as u32).collect();
+        let mut set = DescriptorSet::new(context, name, &bindings)?;
+        for (number, image) in (0..).zip(images) {
+            set.write_image(number, image, vk::ImageLayout::GENERAL);
+        }
+        let sets = [view.set.layout(), set.layout()];
+        let layout = PipelineLayout::new(context, &sets, PUSH_STAGES, PUSH_BYTES)?;
+        Ok(Self { set, layout })
+    }
+}
+
 impl GBuffer {
     fn new(context: &Arc<Context>, size: [u32; 2], written: vk::ImageUsageFlags) -> Result<Self> {
-        let surface = |name, format| {
-            let usage = written
-                | vk::ImageUsageFlags::SAMPLED
-                | vk::ImageUsageFlags::TRANSFER_SRC
-                | vk::ImageUsageFlags::TRANSFER_DST;
-            image(context, size, name, format, usage)
-        };
+        let usage = written
+            | vk::ImageUsageFlags::SAMPLED
+            | vk::ImageUsageFlags::TRANSFER_SRC
+            | vk::ImageUsageFlags::TRANSFER_DST;
         let vec4 = vk::Format::R32G32B32A32_SFLOAT;
+        let surface = |name, format, layers| image(context, size, (name, format, layers), usage);
+        let depth_map = |name| map(context, size, name, vk::Format::R32_SFLOAT);
         Ok(Self {
-            code: surface("code", vk::Format::R32_UINT)?,
-            position_roughness: surface("position, roughness", vec4)?,
-            normal_metallic: surface("normal, metallic", vec4)?,
-            base_color: surface("base color", vec4)?,
-            emissive: surface("emissive", vec4)?,
-            depth: map(context, size, "depth", vk::Format::R32_SFLOAT)?,
-            sobel: map(context, size, "sobel", vk::Format::R32_SFLOAT)?,
-            laplace: map(context, size, "laplace", vk::Format::R32_SFLOAT)?,
+            code: surface("code", vk::Format::R32_UINT, None)?,
+            position_roughness: surface("position, roughness", vec4, None)?,
+            normal_metallic: surface("normal, metallic", vec4, None)?,
+            material: surface("material", vec4, Some(2))?,
+            depth: depth_map("depth")?,
+            sobel: depth_map("sobel")?,
+            laplace: depth_map("laplace")?,
         })
     }
 
-    /// Every image with its binding.
-    pub fn images(&self) -> [(u32, &Image); 8] {
-        [
-            (binding::CODE, &self.code),
-            (binding::POSITION_ROUGHNESS, &self.position_roughness),
-            (binding::NORMAL_METALLIC, &self.normal_metallic),
-            (binding::BASE_COLOR, &self.base_color),
-            (binding::EMISSIVE, &self.emissive),
-            (binding::DEPTH, &self.depth),
-            (binding::SOBEL, &self.sobel),
-            (binding::LAPLACE, &self.laplace),
-        ]
+    /// What the visibility draw or `surface` writes, in the order of the bindings from [`binding::CODE`] on.
+    pub fn surface(&self) -> [&Image; 4] {
+        [&self.code, &self.position_roughness, &self.normal_metallic, &self.material]
+    }
+
+    /// What `edges` writes.
+    pub fn depth_maps(&self) -> [&Image; 3] {
+        [&self.depth, &self.sobel, &self.laplace]
+    }
+
+    /// Every image.
+    pub fn images(&self) -> [&Image; 7] {
+        let ([a, b, c, d], [e, f, g]) = (self.surface(), self.depth_maps());
+        [a, b, c, d, e, f, g]
     }
 }
 
@@ -351,8 +398,8 @@ fn colors(context: &Arc<Context>, [width, height]: [u32; 2], layers: u32) -> Res
         | vk::ImageUsageFlags::SAMPLED
         | vk::ImageUsageFlags::TRANSFER_SRC
         | vk::ImageUsageFlags::TRANSFER_DST;
-    let (name, format, layers) = ("colors", vk::Format::R32G32B32A32_SFLOAT, Some(layers));
-    Image::new(context, &ImageDesc { name, format, width, height, layers, mips: 1, usage })
+    let image_of = ("colors", vk::Format::R32G32B32A32_SFLOAT, Some(layers));
+    image(context, [width, height], image_of, usage)
 }
 
 /// An image that compute stages write and read.
@@ -361,17 +408,16 @@ fn map(context: &Arc<Context>, size: [u32; 2], name: &str, format: vk::Format) -
         | vk::ImageUsageFlags::SAMPLED
         | vk::ImageUsageFlags::TRANSFER_SRC
         | vk::ImageUsageFlags::TRANSFER_DST;
-    image(context, size, name, format, usage)
+    image(context, size, (name, format, None), usage)
 }
 
 fn image(
     context: &Arc<Context>,
     [width, height]: [u32; 2],
-    name: &str,
-    format: vk::Format,
+    (name, format, layers): (&str, vk::Format, Option<u32>),
     usage: vk::ImageUsageFlags,
 ) -> Result<Image> {
-    Image::new(context, &ImageDesc { name, format, width, height, layers: None, mips: 1, usage })
+    Image::new(context, &ImageDesc { name, format, width, height, layers, mips: 1, usage })
 }
 
 /// Moves fresh images to layout `GENERAL`.

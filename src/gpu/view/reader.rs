@@ -1,6 +1,6 @@
 //! Reading a view's images back.
 
-use super::memory::GBuffer;
+use super::memory::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer};
 use crate::Result;
 use crate::gpu::Context;
 use crate::gpu::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};
@@ -49,9 +49,9 @@ impl Reader {
         Ok(out)
     }
 
-    /// The first three components and the last.
-    fn split(&self, image: &Image) -> Result<(Vec<[f32; 3]>, Vec<f32>)> {
-        let texels: Vec<[f32; 4]> = self.image(image)?;
+    /// The first three components and the last of a layer.
+    fn split(&self, image: &Image, layer: u32) -> Result<(Vec<[f32; 3]>, Vec<f32>)> {
+        let texels: Vec<[f32; 4]> = self.layer(image, layer)?;
         Ok(texels.into_iter().map(|[x, y, z, w]| ([x, y, z], w)).unzip())
     }
 
@@ -61,10 +61,10 @@ impl Reader {
         g_buffer: &GBuffer,
         [width, height]: [u32; 2],
     ) -> Result<(Surface, Vec<f32>, Vec<f32>)> {
-        let (position, roughness) = self.split(&g_buffer.position_roughness)?;
-        let (normal, metallic) = self.split(&g_buffer.normal_metallic)?;
-        let (base_color, face_x) = self.split(&g_buffer.base_color)?;
-        let (emissive, face_y) = self.split(&g_buffer.emissive)?;
+        let (position, roughness) = self.split(&g_buffer.position_roughness, 0)?;
+        let (normal, metallic) = self.split(&g_buffer.normal_metallic, 0)?;
+        let (base_color, face_x) = self.split(&g_buffer.material, BASE_COLOR_LAYER)?;
+        let (emissive, face_y) = self.split(&g_buffer.material, EMISSIVE_LAYER)?;
         let code: Vec<u32> = self.image(&g_buffer.code)?;
         let face = |(&code, at): (&u32, usize)| match code {
             0 => [0.0; 3],

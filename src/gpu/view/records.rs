@@ -1,7 +1,7 @@
 //! The surface as the stages of a generation read it: made by the stages `reflectance` and, where
 //! something is shaded in colour or more than the brightness is measured, `colors`, or by the host.
 
-use super::memory::{PIXEL_GROUP, ViewMemory};
+use super::memory::{PIXEL_GROUP, ViewMemory, Written};
 use crate::Result;
 use crate::constants::NO_TARGET;
 use crate::gpu::Context;
@@ -21,6 +21,8 @@ use std::sync::Arc;
 pub struct Records {
     reflectance: Pipeline,
     colors: Option<Pipeline>,
+    /// Set 1 of `shaders/include/records.glsl`.
+    written: Written,
 }
 
 impl Records {
@@ -30,8 +32,10 @@ impl Records {
     /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory) -> Result<Self> {
         let [x, y] = PIXEL_GROUP;
+        let [a, b, c] = &view.records;
+        let written = Written::new(context, view, ("records", &[a, b, c, &view.colors]))?;
         let stage = |stem, spirv, constants: &[u32]| {
-            Pipeline::compute(context, stem, spirv, &view.layout, constants)
+            Pipeline::compute(context, stem, spirv, &written.layout, constants)
         };
         let colors = |color: Coloring| {
             let constants = [x, y, color.brdf.number(), color.shadow_side];
@@ -40,6 +44,7 @@ impl Records {
         Ok(Self {
             reflectance: stage("reflectance", shaders::REFLECTANCE_COMP, &PIXEL_GROUP)?,
             colors: view.color.map(colors).transpose()?,
+            written,
         })
     }
 
@@ -47,7 +52,7 @@ impl Records {
     /// are then.
     pub fn record(&self, cmd: vk::CommandBuffer, context: &Context, view: &ViewMemory) {
         for stage in [Some(&self.reflectance), self.colors.as_ref()].into_iter().flatten() {
-            view.dispatch(cmd, stage, view.pixel_groups(), &Chunk::default());
+            view.dispatch_with(cmd, (stage, &self.written), view.pixel_groups(), &Chunk::default());
         }
         context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
     }

@@ -1,7 +1,7 @@
 //! Shadows on the device: the view's shadow table, the occluders, and the stage `shadows`, which makes the
 //! one of the other by rays. A table that the host has made is uploaded.
 
-use super::memory::{PIXEL_GROUP, ViewMemory};
+use super::memory::{PIXEL_GROUP, ViewMemory, Written};
 use crate::gpu::Context;
 use crate::gpu::layout::Chunk;
 use crate::gpu::shaders;
@@ -77,6 +77,12 @@ impl ShadowMemory {
     /// Whether shaders can trace rays.
     pub fn is_traceable(&self) -> bool {
         self.occluders.is_some()
+    }
+
+    /// Bytes of memory that it takes.
+    pub fn bytes(&self) -> u64 {
+        let occluders = self.occluders.iter().flatten().map(Buffer::bytes).sum::<u64>();
+        self.table.bytes() + self.frame.bytes() + occluders
     }
 
     /// Puts all that shaders read at five bindings from `first` on: table, nodes, triangles, opacity, frame.
@@ -207,8 +213,8 @@ fn table(context: &Arc<Context>, [width, height]: [u32; 2], side: u32) -> Result
     )
 }
 
-/// The stage `shadows`.
-pub struct ShadowStage(Pipeline);
+/// The stage `shadows`, and the table as its set 1.
+pub struct ShadowStage(Pipeline, Written);
 
 impl ShadowStage {
     /// For a view with shadows, and views like it.
@@ -222,7 +228,9 @@ impl ShadowStage {
         }
         let ([x, y], spirv) = (PIXEL_GROUP, shaders::SHADOWS_COMP);
         let constants = [x, y, view.shadows.side];
-        Pipeline::compute(context, "shadows", spirv, &view.layout, &constants).map(Self)
+        let table = Written::new(context, view, ("shadow words", &[&view.shadows.table]))?;
+        let pipeline = Pipeline::compute(context, "shadows", spirv, &table.layout, &constants)?;
+        Ok(Self(pipeline, table))
     }
 
     /// The rows of the picture that each submission is for; none without shadows.
@@ -248,7 +256,7 @@ impl ShadowStage {
         let groups =
             [view.size[0].div_ceil(x), (rows.end - rows.start).div_ceil(y), view.shadows.side];
         let rows = Chunk { first: rows.start, ..Chunk::default() };
-        view.dispatch(cmd, &self.0, groups, &rows);
+        view.dispatch_with(cmd, (&self.0, &self.1), groups, &rows);
         context.barrier(cmd, COMPUTE_WRITE, COMPUTE_READ);
     }
 }

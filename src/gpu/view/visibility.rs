@@ -1,19 +1,19 @@
 //! The stage `visibility`: one draw of the scene that leaves the nearest polygon of each pixel, with
 //! its position, normal and material, in the G-buffer.
 
-use super::memory::GBuffer;
+use super::memory::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer};
 use crate::Result;
 use crate::gpu::Context;
 use crate::gpu::scene::drawable::{Drawable, VERTICES};
 use crate::gpu::shaders;
 use crate::gpu::vulkan::commands::{COMPUTE_READ, COPY_READ};
 use crate::gpu::vulkan::graphics::{DEPTH, Framebuffer, GraphicsPipeline, RenderPass, attachment};
-use crate::gpu::vulkan::memory::{Image, ImageDesc};
+use crate::gpu::vulkan::memory::{Image, ImageDesc, LayerView};
 use crate::gpu::vulkan::pipeline::{Pipeline, PipelineLayout};
 use ash::vk;
 use std::sync::Arc;
 
-/// Colour attachments: those of the [`GBuffer`].
+/// Colour attachments: the surface of the [`GBuffer`], its material layer by layer.
 const COLORS: usize = 5;
 
 /// The draw into a G-buffer. Not needed once that is done.
@@ -23,6 +23,7 @@ pub struct Visibility {
     pass: RenderPass,
     target: Framebuffer,
     _depth: Image,
+    _layers: [LayerView; 2],
     context: Arc<Context>,
 }
 
@@ -30,17 +31,24 @@ impl Visibility {
     /// # Errors
     /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, scene: &Drawable, g_buffer: &GBuffer) -> Result<Self> {
-        let colors = [
-            &g_buffer.code,
-            &g_buffer.position_roughness,
-            &g_buffer.normal_metallic,
-            &g_buffer.base_color,
-            &g_buffer.emissive,
-        ];
-        let depth = depth(context, g_buffer.code.extent())?;
+        let GBuffer { code, position_roughness, normal_metallic, material, .. } = g_buffer;
+        let extent = code.extent();
+        let depth = depth(context, extent)?;
+        let colors = [code, position_roughness, normal_metallic, material, material];
         let pass = render_pass(context, colors.map(Image::format))?;
-        let [a, b, c, d, e] = colors;
-        let target = Framebuffer::new(context, pass, &[a, b, c, d, e, &depth], 1)?;
+        let layers = [BASE_COLOR_LAYER, EMISSIVE_LAYER].map(|layer| material.layer_view(layer));
+        let [base_color, emissive] = layers;
+        let layers = [base_color?, emissive?];
+        let [base_color, emissive] = &layers;
+        let views = [
+            code.view(),
+            position_roughness.view(),
+            normal_metallic.view(),
+            base_color.raw(),
+            emissive.raw(),
+            depth.view(),
+        ];
+        let target = Framebuffer::new(context, pass, &views, (extent, 1))?;
         let layout = scene.layout(&[])?;
         let pipeline = GraphicsPipeline {
             stem: "visibility",
@@ -51,7 +59,8 @@ impl Visibility {
             pass,
         };
         let pipeline = pipeline.create(context)?;
-        Ok(Self { pipeline, layout, pass, target, _depth: depth, context: Arc::clone(context) })
+        let (_depth, _layers, context) = (depth, layers, Arc::clone(context));
+        Ok(Self { pipeline, layout, pass, target, _depth, _layers, context })
     }
 
     /// Records the draw. The G-buffer is then in layout `GENERAL` and visible to compute

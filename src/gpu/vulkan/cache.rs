@@ -44,6 +44,21 @@ pub struct Cache {
 }
 
 impl Cache {
+    /// The bindings of each pipeline layout, all sets together.
+    #[cfg(test)]
+    pub fn bound(&self) -> Vec<Vec<Binding>> {
+        let sets = self.set_layouts.lock();
+        let of_set = |wanted: &vk::DescriptorSetLayout| {
+            let found = sets.iter().find(|(_, layout)| *layout == wanted);
+            found.map_or(Vec::new(), |(bindings, _)| bindings.clone())
+        };
+        self.layouts
+            .lock()
+            .keys()
+            .map(|(sets, ..)| sets.iter().flat_map(of_set).collect())
+            .collect()
+    }
+
     /// Destroys everything.
     ///
     /// # Safety

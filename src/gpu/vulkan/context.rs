@@ -1,6 +1,6 @@
 //! A device to work on, with its queue and its memory: klieg's own, or an engine's.
 
-use super::allocator::{Blocks, DeviceAllocator, DeviceMemory, MemoryRequest};
+use super::allocator::{Blocks, DeviceAllocator};
 use super::borrowed::{BorrowedDevice, Held, QueueLock};
 use super::cache::Cache;
 use super::choice::{ComputeShape, Lights, PipelineKind, ShadowMaker, Subgroups};
@@ -10,12 +10,13 @@ use super::instance::{API_VERSION, OwnedInstance};
 use super::owner::{Owner, create_device};
 use super::pipeline_cache::PipelineCache;
 use super::requirements::{self, Given, Needs};
+use super::usage::Usage;
 use crate::gpu::vulkan::Call;
 use crate::{Error, Result};
 use ash::{ext, vk};
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// How a [`Context`] on a device of its own is made.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -99,6 +100,9 @@ pub struct Context {
     shadow_maker: ShadowMaker,
     tiles: Option<Subgroups>,
     forgotten: AtomicBool,
+    dry: bool,
+    /// Memory in use.
+    pub(super) usage: Usage,
     owner: ManuallyDrop<Owner>,
 }
 
@@ -114,6 +118,7 @@ struct Parts {
     features: EnabledFeatures,
     api_version: u32,
     debug_utils: bool,
+    dry: bool,
 }
 
 impl Context {
@@ -125,6 +130,20 @@ impl Context {
     /// for; [`Error::Argument`] when the named device is not there; [`Error::Unsupported`] when it
     /// lacks something; [`Error::Vulkan`] and [`Error::DeviceMemory`] when the driver fails.
     pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
+        Self::on_own_device(options, false)
+    }
+
+    /// A context like that on which evaluators are made as there, but what they make gets no memory, pipelines are
+    /// not compiled, and nothing runs: what is read back is zeros. It finds out what they would take
+    /// ([`Context::memory_use`]).
+    ///
+    /// # Errors
+    /// As [`Context::new`].
+    pub(in crate::gpu) fn dry(options: &ContextOptions) -> Result<Arc<Self>> {
+        Self::on_own_device(options, true)
+    }
+
+    fn on_own_device(options: &ContextOptions, dry: bool) -> Result<Arc<Self>> {
         let instance = OwnedInstance::new(options.validation)?;
         let (physical, report) = devices::choose(&instance.raw, &options.device)?;
         let queue_family = requirements::queue_family(&instance.raw, physical)
@@ -144,6 +163,7 @@ impl Context {
             features,
             api_version: API_VERSION,
             debug_utils: instance.debug_utils,
+            dry,
         };
         Self::of(Owner::Owned { device, instance }, parts, &options.tuning)
     }
@@ -187,6 +207,7 @@ impl Context {
             features: borrowed.features,
             api_version: borrowed.api_version,
             debug_utils: borrowed.debug_utils,
+            dry: false,
         };
         Self::of(Owner::Borrowed { device, instance }, parts, tuning)
     }
@@ -239,6 +260,8 @@ impl Context {
             shadow_maker,
             tiles,
             forgotten: AtomicBool::new(false),
+            dry: parts.dry,
+            usage: Usage::default(),
             owner: ManuallyDrop::new(owner),
         }))
     }
@@ -322,7 +345,7 @@ impl Context {
         if self.check_present().is_err() {
             return 0;
         }
-        self.allocator.lock().unwrap_or_else(PoisonError::into_inner).capacity()
+        self.allocator().capacity()
     }
 
     /// The device's functions: the one way to make, write, submit or read anything.
@@ -444,19 +467,17 @@ impl Context {
         let _ = unsafe { debug.set_debug_utils_object_name(&info) };
     }
 
-    pub(in crate::gpu) fn allocate(&self, request: &MemoryRequest<'_>) -> Result<DeviceMemory> {
-        self.check_present()?;
-        self.counters.allocations.fetch_add(1, Ordering::Relaxed);
-        let mut allocator = self.allocator.lock().unwrap_or_else(PoisonError::into_inner);
-        allocator
-            .allocate(request)
-            .map_err(|source| Error::DeviceMemory { what: request.name.to_owned(), source })
+    /// Whether what is made gets no memory, and nothing runs.
+    pub(in crate::gpu) fn is_dry(&self) -> bool {
+        self.dry
     }
 
-    pub(in crate::gpu) fn free(&self, memory: DeviceMemory) {
-        if self.check_present().is_ok() {
-            self.allocator.lock().unwrap_or_else(PoisonError::into_inner).free(memory);
-        }
+    pub(super) fn allocator(&self) -> MutexGuard<'_, Box<dyn DeviceAllocator>> {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn count_allocation(&self) {
+        self.counters.allocations.fetch_add(1, Ordering::Relaxed);
     }
 
     pub(in crate::gpu) fn count_pipeline(&self) {

@@ -2,7 +2,6 @@
 //! viewport is dynamic, so that one serves pictures of every size.
 
 use super::cache::PipelineKey;
-use super::memory::Image;
 use super::pipeline::{Pipeline, PipelineLayout, ShaderModule, Specialization, shader_stage};
 use crate::Result;
 use crate::gpu::Context;
@@ -118,21 +117,22 @@ pub struct Framebuffer {
 }
 
 impl Framebuffer {
-    /// Of `layers` layers of each of the pass's attachments, in their order.
+    /// Of `layers` layers of each of the pass's attachments, views in their order, of `extent`.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`].
     pub fn new(
         context: &Arc<Context>,
         pass: RenderPass,
-        attachments: &[&Image],
-        layers: u32,
+        attachments: &[vk::ImageView],
+        (extent, layers): (vk::Extent2D, u32),
     ) -> Result<Self> {
-        let extent = attachments[0].extent();
-        let views: Vec<_> = attachments.iter().map(|image| image.view()).collect();
+        if context.is_dry() {
+            return Ok(Self { raw: vk::Framebuffer::null(), extent, context: Arc::clone(context) });
+        }
         let info = vk::FramebufferCreateInfo::default()
             .render_pass(pass.raw)
-            .attachments(&views)
+            .attachments(attachments)
             .width(extent.width)
             .height(extent.height)
             .layers(layers);

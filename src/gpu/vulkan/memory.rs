@@ -1,7 +1,8 @@
 //! Buffers and images with their memory.
 
 pub use super::allocator::Access;
-use super::allocator::{DeviceMemory, MemoryRequest};
+use super::allocator::MemoryRequest;
+use super::usage::Piece;
 use crate::Result;
 use crate::gpu::Context;
 use crate::gpu::vulkan::Call;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 /// A buffer, mapped for as long as it lives unless only the device touches it.
 pub struct Buffer {
     raw: vk::Buffer,
-    memory: Option<DeviceMemory>,
+    piece: Option<Piece>,
     size: u64,
     context: Arc<Context>,
 }
@@ -34,15 +35,16 @@ impl Buffer {
         let device = context.device()?;
         // SAFETY: the device is alive; `info` is complete.
         let raw = unsafe { device.create_buffer(&info, None) }.call("vkCreateBuffer")?;
-        let mut buffer = Self { raw, memory: None, size, context: Arc::clone(context) };
+        let mut buffer = Self { raw, piece: None, size, context: Arc::clone(context) };
         // SAFETY: the buffer was made on this device.
         let requirements = unsafe { device.get_buffer_memory_requirements(raw) };
-        let memory =
-            context.allocate(&MemoryRequest { name, requirements, access, linear: true })?;
-        buffer.memory = Some(memory);
-        // SAFETY: the memory is fresh, large enough and of a type that the buffer allows.
-        unsafe { device.bind_buffer_memory(raw, memory.memory, memory.offset) }
-            .call("vkBindBufferMemory")?;
+        let request = MemoryRequest { name, requirements, access, linear: true };
+        let piece = buffer.piece.insert(context.allocate(&request)?);
+        if let Some(memory) = piece.memory {
+            // SAFETY: the memory is fresh, large enough and of a type that the buffer allows.
+            unsafe { device.bind_buffer_memory(raw, memory.memory, memory.offset) }
+                .call("vkBindBufferMemory")?;
+        }
         context.name(raw, name);
         Ok(buffer)
     }
@@ -108,9 +110,10 @@ impl Buffer {
     /// When the buffer is not [`Access::Upload`] or too small.
     pub fn write<T: Pod>(&mut self, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        let to = self.mapped(bytes.len())?;
-        // SAFETY: so many bytes are mapped there, for this buffer alone.
-        unsafe { to.copy_from_nonoverlapping(NonNull::from(bytes).cast(), bytes.len()) };
+        if let Some(to) = self.mapped(bytes.len())? {
+            // SAFETY: so many bytes are mapped there, for this buffer alone.
+            unsafe { to.copy_from_nonoverlapping(NonNull::from(bytes).cast(), bytes.len()) };
+        }
         Ok(())
     }
 
@@ -124,18 +127,25 @@ impl Buffer {
     /// When the buffer is not [`Access::Readback`] or too small.
     pub fn read<T: Pod>(&self, out: &mut [T]) -> Result<()> {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(out);
-        let from = self.mapped(bytes.len())?;
-        // SAFETY: so many bytes are mapped there, and the device no longer writes them.
-        unsafe { from.copy_to_nonoverlapping(NonNull::from(&mut *bytes).cast(), bytes.len()) };
+        if let Some(from) = self.mapped(bytes.len())? {
+            // SAFETY: so many bytes are mapped there, and the device no longer writes them.
+            unsafe { from.copy_to_nonoverlapping(NonNull::from(&mut *bytes).cast(), bytes.len()) };
+        }
         self.context.count_read(bytes.len());
         Ok(())
     }
 
-    /// The first of `bytes` mapped bytes, which are there as long as the device is.
-    fn mapped(&self, bytes: usize) -> Result<NonNull<u8>> {
+    /// Bytes of memory that it takes.
+    pub fn bytes(&self) -> u64 {
+        self.piece.as_ref().map_or(0, |piece| piece.bytes)
+    }
+
+    /// The first of `bytes` mapped bytes, which are there as long as the device is; none on a dry context.
+    fn mapped(&self, bytes: usize) -> Result<Option<NonNull<u8>>> {
         self.context.check_present()?;
         assert!(bytes as u64 <= self.size, "{bytes} bytes in a buffer of {}", self.size);
-        Ok(self.memory.and_then(|memory| memory.mapped).expect("a mapped buffer"))
+        let memory = self.piece.as_ref().and_then(|piece| piece.memory);
+        Ok(memory.map(|memory| memory.mapped.expect("a mapped buffer")))
     }
 }
 
@@ -143,8 +153,8 @@ impl Drop for Buffer {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work that uses the buffer before they drop it.
         self.context.unless_gone(|device| unsafe { device.destroy_buffer(self.raw, None) });
-        if let Some(memory) = self.memory.take() {
-            self.context.free(memory);
+        if let Some(piece) = self.piece.take() {
+            self.context.free(piece);
         }
     }
 }
@@ -177,6 +187,9 @@ impl TexelBuffer {
             usage | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER | vk::BufferUsageFlags::TRANSFER_SRC;
         let buffer = Buffer::new(context, name, texels * size, usage, Access::Device)?;
         let mut texels = Self { buffer, view: vk::BufferView::null() };
+        if context.is_dry() {
+            return Ok(texels);
+        }
         let info = vk::BufferViewCreateInfo::default()
             .buffer(texels.buffer.raw)
             .format(format)
@@ -230,7 +243,7 @@ pub struct ImageDesc<'a> {
 pub struct Image {
     raw: vk::Image,
     view: vk::ImageView,
-    memory: Option<DeviceMemory>,
+    piece: Option<Piece>,
     range: vk::ImageSubresourceRange,
     extent: vk::Extent2D,
     format: vk::Format,
@@ -261,7 +274,7 @@ impl Image {
         let mut image = Self {
             raw,
             view: vk::ImageView::null(),
-            memory: None,
+            piece: None,
             range: vk::ImageSubresourceRange::default()
                 .aspect_mask(aspect)
                 .level_count(desc.mips)
@@ -271,7 +284,11 @@ impl Image {
             context: Arc::clone(context),
         };
         image.bind(desc.name)?;
-        image.create_view(desc.layers.is_some())?;
+        let kind = match desc.layers {
+            Some(_) => vk::ImageViewType::TYPE_2D_ARRAY,
+            None => vk::ImageViewType::TYPE_2D,
+        };
+        image.view = image.create_view(kind, image.range)?;
         context.name(raw, desc.name);
         Ok(image)
     }
@@ -281,25 +298,40 @@ impl Image {
         // SAFETY: the image was made on this device.
         let requirements = unsafe { device.get_image_memory_requirements(self.raw) };
         let request = MemoryRequest { name, requirements, access: Access::Device, linear: false };
-        let memory = self.context.allocate(&request)?;
-        self.memory = Some(memory);
+        let Some(memory) = self.piece.insert(self.context.allocate(&request)?).memory else {
+            return Ok(());
+        };
         // SAFETY: the memory is fresh, large enough and of a type that the image allows.
         unsafe { device.bind_image_memory(self.raw, memory.memory, memory.offset) }
             .call("vkBindImageMemory")
     }
 
-    fn create_view(&mut self, array: bool) -> Result<()> {
-        let kind =
-            if array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
+    fn create_view(
+        &self,
+        kind: vk::ImageViewType,
+        range: vk::ImageSubresourceRange,
+    ) -> Result<vk::ImageView> {
+        if self.context.is_dry() {
+            return Ok(vk::ImageView::null());
+        }
         let info = vk::ImageViewCreateInfo::default()
             .image(self.raw)
             .view_type(kind)
             .format(self.format)
-            .subresource_range(self.range);
+            .subresource_range(range);
         // SAFETY: the image is bound and alive.
-        self.view = unsafe { self.context.device()?.create_image_view(&info, None) }
-            .call("vkCreateImageView")?;
-        Ok(())
+        unsafe { self.context.device()?.create_image_view(&info, None) }.call("vkCreateImageView")
+    }
+
+    /// A view of one layer, which a draw can write.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`].
+    pub fn layer_view(&self, layer: u32) -> Result<LayerView> {
+        let range =
+            vk::ImageSubresourceRange { base_array_layer: layer, layer_count: 1, ..self.range };
+        let raw = self.create_view(vk::ImageViewType::TYPE_2D, range)?;
+        Ok(LayerView { raw, context: Arc::clone(&self.context) })
     }
 
     /// The Vulkan handle.
@@ -310,6 +342,11 @@ impl Image {
     /// A view of all of it.
     pub fn view(&self) -> vk::ImageView {
         self.view
+    }
+
+    /// Bytes of memory that it takes.
+    pub fn bytes(&self) -> u64 {
+        self.piece.as_ref().map_or(0, |piece| piece.bytes)
     }
 
     /// All of it.
@@ -328,6 +365,26 @@ impl Image {
     }
 }
 
+/// A view of one layer of an [`Image`], whose owner keeps it for as long.
+pub struct LayerView {
+    raw: vk::ImageView,
+    context: Arc<Context>,
+}
+
+impl LayerView {
+    /// The Vulkan handle.
+    pub fn raw(&self) -> vk::ImageView {
+        self.raw
+    }
+}
+
+impl Drop for LayerView {
+    fn drop(&mut self) {
+        // SAFETY: owners wait for the work that uses the view before they drop it.
+        self.context.unless_gone(|device| unsafe { device.destroy_image_view(self.raw, None) });
+    }
+}
+
 impl Drop for Image {
     fn drop(&mut self) {
         // SAFETY: owners wait for the work that uses the image before they drop it; null handles
@@ -336,8 +393,8 @@ impl Drop for Image {
             device.destroy_image_view(self.view, None);
             device.destroy_image(self.raw, None);
         });
-        if let Some(memory) = self.memory.take() {
-            self.context.free(memory);
+        if let Some(piece) = self.piece.take() {
+            self.context.free(piece);
         }
     }
 }

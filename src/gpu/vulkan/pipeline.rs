@@ -107,9 +107,8 @@ impl DescriptorSet {
             .dst_binding(binding)
             .descriptor_type(self.kind(binding))
             .buffer_info(&info);
-        self.context.count_descriptors();
         // SAFETY: set and buffer are alive, and the set is not in use.
-        self.context.unless_gone(|device| unsafe { device.update_descriptor_sets(&[write], &[]) });
+        unsafe { self.context.write_descriptor(write) };
     }
 
     /// Puts the texels of a buffer at `binding`. The set must not be in use.
@@ -120,9 +119,8 @@ impl DescriptorSet {
             .dst_binding(binding)
             .descriptor_type(self.kind(binding))
             .texel_buffer_view(&views);
-        self.context.count_descriptors();
         // SAFETY: set and view are alive, and the set is not in use.
-        self.context.unless_gone(|device| unsafe { device.update_descriptor_sets(&[write], &[]) });
+        unsafe { self.context.write_descriptor(write) };
     }
 
     /// Puts an image in `layout` at `binding`. The set must not be in use.
@@ -138,9 +136,22 @@ impl DescriptorSet {
             .dst_binding(binding)
             .descriptor_type(self.kind(binding))
             .image_info(&info);
-        self.context.count_descriptors();
         // SAFETY: set and view are alive, and the set is not in use.
-        self.context.unless_gone(|device| unsafe { device.update_descriptor_sets(&[write], &[]) });
+        unsafe { self.context.write_descriptor(write) };
+    }
+}
+
+impl Context {
+    /// Puts something at a binding, unless there is nothing on a dry context.
+    ///
+    /// # Safety
+    /// The set and what is put there are alive, and the set is not in use.
+    pub(in crate::gpu) unsafe fn write_descriptor(&self, write: vk::WriteDescriptorSet<'_>) {
+        self.count_descriptors();
+        if !self.is_dry() {
+            // SAFETY: as the caller promises.
+            self.unless_gone(|device| unsafe { device.update_descriptor_sets(&[write], &[]) });
+        }
     }
 }
 
@@ -362,6 +373,9 @@ impl Pipeline {
         key: PipelineKey,
         make: impl FnOnce() -> Result<vk::Pipeline>,
     ) -> Result<Self> {
+        if context.is_dry() {
+            return Ok(Self(vk::Pipeline::null()));
+        }
         let stem = key.stem;
         let make = || {
             let raw = make()?;
