@@ -6,6 +6,8 @@
 mod batch;
 pub mod coarse;
 mod designer;
+pub mod dispersion;
+pub mod gallery;
 pub mod intent;
 mod journal;
 pub mod like;
@@ -26,6 +28,7 @@ use std::ops::ControlFlow;
 pub(crate) use batch::Batch;
 pub use coarse::CoarseSettings;
 pub use designer::Designer;
+pub use dispersion::Dispersion;
 pub use intent::{Intent, Mood};
 pub use journal::{Journal, Remembered};
 pub use like::Look;

@@ -5,6 +5,7 @@ pub mod config;
 pub mod designer;
 pub mod device;
 mod engine;
+pub mod gallery;
 pub mod input;
 pub mod intent;
 mod message;
