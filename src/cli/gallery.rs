@@ -36,7 +36,7 @@ pub(super) struct Options {
     count: usize,
     /// How much worse than the best a light may be: how far its F may lie above the lowest, 0 to 1. More of it finds what is
     /// less alike
-    #[arg(long, value_name = "F", default_value_t = SLACK)]
+    #[arg(long, value_name = "F", default_value_t = SLACK, allow_negative_numbers = true)]
     slack: f32,
     /// Folder of an earlier gallery, of the same scene and options
     #[arg(long, value_name = "DIR", requires = "pick")]

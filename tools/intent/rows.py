@@ -37,7 +37,7 @@ def design(klieg: str, scene: str, options: list[str], folder: Path) -> Image.Im
 
 def gallery(klieg: str, out: Path, folder: Path) -> None:
     """The pictures of a gallery, best first, in rows of six."""
-    file = ROOT / "scenes" / "still-life.glb"
+    file = ROOT / "scenes" / "elephant.glb"
     command = [klieg, "gallery", file, "--out", folder, "--device", "cpu", "--size", "160x160", "-q"]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     made = [Image.open(path).convert("RGB") for path in sorted(folder.glob("*.png"))]
