@@ -275,11 +275,12 @@ fn what_is_in_focus_is_lit_better_than_without() {
     let unknown = design("none", &["--focus", "teapot"]).code(2);
     let said = String::from_utf8_lossy(&unknown.get_output().stderr).into_owned();
     assert!(said.contains("no object is named 'teapot': there are amphora, elephant"), "{said}");
-    let unseen = design(
-        "none",
-        &["--focus", "amphora", "--azimuth", "0", "--elevation", "0", "--fov", "0.2"],
-    );
+    let still_life = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/still-life.glb");
+    let hidden = ["--focus", "back apple's stalk", "--size", "24x16"];
+    let unseen = place
+        .klieg(&[&["design", still_life.to_str().unwrap(), "--out", "none"], &hidden[..]].concat())
+        .assert();
     let said = String::from_utf8_lossy(&unseen.code(2).get_output().stderr).into_owned();
-    assert!(said.contains("does not see what is in focus: amphora"), "{said}");
+    assert!(said.contains("does not see what is in focus: back apple"), "{said}");
     assert!(!place.path("none").exists());
 }

@@ -250,7 +250,7 @@ impl Design {
             let parts = (self.loaded.clone(), self.view.clone());
             let begin = Instant::now();
             let mut session = Session::of_view(&self.device, parts, self.settings.clone(), begin)?;
-            designer::write(&mut session, &self.outcome, &mut staging)?;
+            designer::write(&mut session, (&self.outcome, None), &mut staging)?;
             Ok(staging.publish()?)
         })
         .or_raise()

@@ -10,6 +10,8 @@ use super::picture::PictureOptions;
 use super::print;
 use super::progress::{self, Interrupt};
 use super::session::Session;
+use super::session::gallery::{self, GENERATIONS, Gallery, SLACK, Wanted};
+use crate::Error;
 use crate::design::profile;
 use crate::design::{Journal, Outcome, Progress};
 use crate::lighting::genome::Genome;
@@ -41,6 +43,9 @@ pub(super) struct Options {
     /// of the lights are solved for, and their places searched. What is not opaque is free
     #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "focus", "keeps", "like"])]
     target_picture: Option<PathBuf>,
+    /// Look for so many other lights, good and different, 1 to 98: they stand in report.html and result.json [default: none]
+    #[arg(long, value_name = "N", conflicts_with = "target_picture")]
+    alternatives: Option<usize>,
     #[command(flatten)]
     checkpoint: CheckpointOptions,
     #[command(flatten)]
@@ -56,6 +61,11 @@ impl Options {
         Ok(settings)
     }
 
+    /// The design and its alternatives, where any are wanted.
+    fn wanted(&self) -> Option<Wanted> {
+        self.alternatives.map(|others| Wanted { count: others.saturating_add(1), slack: SLACK })
+    }
+
     /// Makes the design and all its files.
     fn make(&self, settings: Settings) -> Result<(Design, Vec<PathBuf>)> {
         let settings = settings.steered()?;
@@ -68,9 +78,9 @@ impl Options {
         let mut staging = Staging::new(&self.out)?.sparing(inputs);
         let files = (&*self.out, &designer::FILES[..]);
         let journal = self.checkpoint.open(&mut session, files)?.map(RefCell::new);
-        let way = (self.target_picture.as_deref(), journal.as_ref());
-        let outcome = search(&mut session, &genome, way, self.scene.json)?;
-        let design = designer::write(&mut session, &outcome, &mut staging)?;
+        let way = (self.target_picture.as_deref(), self.wanted(), journal.as_ref());
+        let (outcome, others) = search(&mut session, &genome, way, self.scene.json)?;
+        let design = designer::write(&mut session, (&outcome, others.as_ref()), &mut staging)?;
         let files = staging.publish()?;
         if outcome.stopped {
             let generations = design.generations;
@@ -85,6 +95,10 @@ impl Options {
 }
 
 pub(super) fn run(options: &Options) -> Result<()> {
+    if options.alternatives.is_some_and(|others| !(1..gallery::MOST).contains(&others)) {
+        let fault = format!("--alternatives must be 1 to {}", gallery::MOST - 1);
+        return Err(Error::Argument(fault).into());
+    }
     let (design, files) = device::or_cpu(options.settings()?, |settings| options.make(settings))?;
     if options.scene.json {
         print::out(json::text(&design)?)
@@ -97,11 +111,12 @@ pub(super) fn run(options: &Options) -> Result<()> {
 fn search(
     session: &mut Session,
     genome: &Genome,
-    (picture, journal): (Option<&Path>, Option<&RefCell<Journal>>),
+    (picture, wanted, journal): (Option<&Path>, Option<Wanted>, Option<&RefCell<Journal>>),
     quiet: bool,
-) -> Result<Outcome> {
+) -> Result<(Outcome, Option<Gallery>)> {
     let interrupt = Interrupt::listen()?;
-    let bar = progress_bar(&session.settings, quiet);
+    let more = if wanted.is_some() { GENERATIONS } else { 0 };
+    let bar = progress_bar(generations(&session.settings).map(|before| before + more), quiet);
     let begin = Instant::now();
     let mut observe = |progress: &Progress| {
         let rate = progress.evaluations as f64 / begin.elapsed().as_secs_f64();
@@ -110,16 +125,26 @@ fn search(
         bar.set_position(progress.generation as u64);
         interrupt.check()
     };
-    let outcome = match picture {
-        Some(picture) => painter::search(session, genome, picture, &mut observe)?,
-        None => designer::search(session, genome, journal, &mut observe)?,
+    let found = match (picture, wanted) {
+        (Some(picture), _) => (painter::search(session, genome, picture, &mut observe)?, None),
+        (None, None) => (designer::search(session, genome, journal, &mut observe)?, None),
+        (None, Some(wanted)) => {
+            let (outcome, origin) = gallery::search(session, genome, journal, &mut observe)?;
+            let others = gallery::disperse(session, &origin, wanted, &mut observe)?;
+            (outcome, Some(others))
+        }
     };
     bar.finish_and_clear();
-    Ok(outcome)
+    Ok(found)
 }
 
-fn progress_bar(settings: &Settings, quiet: bool) -> ProgressBar {
-    match (settings.optimizer.0.generations)(&settings.optimizers()) {
+/// Generations of a search of these settings; none where nobody knows them before.
+pub(super) fn generations(settings: &Settings) -> Option<usize> {
+    (settings.optimizer.0.generations)(&settings.optimizers())
+}
+
+pub(super) fn progress_bar(generations: Option<usize>, quiet: bool) -> ProgressBar {
+    match generations {
         Some(generations) => {
             let template = "{bar:32} {pos}/{len} generations, {msg}, {eta} left";
             progress::bar(Some(generations as u64), template, quiet)

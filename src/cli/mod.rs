@@ -7,6 +7,7 @@ mod checkpoint;
 mod design;
 mod devices;
 mod file_stamp;
+mod gallery;
 mod inspect;
 pub mod intent;
 mod lights;
@@ -46,6 +47,7 @@ pub struct Cli {
 enum Command {
     Design(design::Options),
     Batch(batch::Options),
+    Gallery(gallery::Options),
     /// Make the item on standard input, for 'klieg batch --isolate'
     #[command(hide = true)]
     BatchItem,
@@ -71,6 +73,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
     cli.verbosity.listen();
     match cli.command {
         Command::Design(options) => design::run(&options),
+        Command::Gallery(options) => gallery::run(&options),
         Command::Batch(options) => batch::run(&options),
         Command::BatchItem => batch::run_item(),
         Command::Render(options) => render::run(&options),

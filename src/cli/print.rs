@@ -1,6 +1,7 @@
 //! Results for people, and the way to standard output.
 
 use crate::objective::Quality;
+use crate::report::gallery::GalleryRecord;
 use crate::report::json::{Design, LightRecord, Score};
 use crate::report::text::visible;
 use anstyle::Style;
@@ -74,6 +75,26 @@ pub(super) fn design(design: &Design, files: &[PathBuf]) -> String {
         lights(&design.lights),
         written(files)
     )
+}
+
+/// The lights of a gallery, and where it stands.
+pub(super) fn gallery(gallery: &GalleryRecord, files: &[PathBuf]) -> String {
+    let mut table = columns(&["number"], &["F", "nearest", "lights"]);
+    for rig in &gallery.rigs {
+        let light = |light: &LightRecord| {
+            let LightRecord { role, elevation_deg, azimuth_deg, .. } = light;
+            format!("{} {elevation_deg:.0}° {azimuth_deg:.0}°", role.name())
+        };
+        table.add_row([
+            rig.number.to_string(),
+            format!("{:.4}", rig.quality.score),
+            rig.nearest.map_or("–".into(), |distance| format!("{distance:.1}")),
+            rig.lights.iter().map(light).collect::<Vec<_>>().join(", "),
+        ]);
+    }
+    let (evaluations, seconds) = (gallery.evaluations, gallery.timing_ms.search / 1e3);
+    let pages: Vec<_> = files.iter().rev().take(2).rev().cloned().collect();
+    format!("{table}\n\n{evaluations} evaluations in {seconds:.1} s\n{}", written(&pages))
 }
 
 /// A rig's quality.

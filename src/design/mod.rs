@@ -6,7 +6,9 @@
 mod batch;
 pub mod coarse;
 mod designer;
+pub mod dispersion;
 pub mod focus;
+pub mod gallery;
 pub mod intent;
 mod journal;
 pub mod like;
@@ -27,6 +29,7 @@ use std::ops::ControlFlow;
 pub(crate) use batch::Batch;
 pub use coarse::CoarseSettings;
 pub use designer::Designer;
+pub use dispersion::Dispersion;
 pub use focus::Focused;
 pub use intent::{Intent, Mood};
 pub use journal::{Journal, Remembered};

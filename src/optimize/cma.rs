@@ -2,8 +2,7 @@
 //! it sampled: Hansen (2016), *The CMA evolution strategy: a tutorial*, whose equations are named. Coordinates are the
 //! searcher's own; [`super::bipop`] makes alleles of them.
 
-mod eigen;
-
+use crate::math::eigen;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::VecDeque;

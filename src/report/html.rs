@@ -1,6 +1,7 @@
 //! The sheet of a design: one self-contained page with the pictures under the designed lights and under usual
 //! ones, their terms, the lights, where they stand, and the course of the search.
 
+use super::gallery::{Thumbnail, cards};
 use super::json::Design;
 use super::text::visible;
 use super::{picture, plot};
@@ -24,6 +25,8 @@ pub struct Sheet<'a> {
     pub rig: &'a [Light],
     /// Pictures of rigs in the order of the page, the designed one among them.
     pub pictures: &'a [Shown],
+    /// The design's alternatives.
+    pub alternatives: &'a [Thumbnail<'a>],
     /// The course of the search.
     pub history: &'a [Progress],
     /// The search's settings, in words.
@@ -132,6 +135,7 @@ impl Sheet<'_> {
             pictures => Serde(self.cards()),
             terms => Serde(weighed),
             others => Serde(others),
+            alternatives => Serde(cards(self.alternatives, &self.design.objective)),
             plot => search,
             spots => Serde(spots),
             radius => radius,
@@ -179,7 +183,7 @@ impl Sheet<'_> {
     }
 }
 
-/// What all pages are rendered by: the filter `fixed(digits)`, and their common style, `page.css`. A
+/// What all pages are rendered by: the filter `fixed(digits)`, and their common style, `page.css`, and the cards of rigs. A
 /// name without a value is an error.
 pub(super) fn environment() -> Result<Environment<'static>> {
     let mut environment = Environment::new();
@@ -187,5 +191,7 @@ pub(super) fn environment() -> Result<Environment<'static>> {
     environment.add_filter("fixed", |value: f64, digits: usize| format!("{value:.digits$}"));
     environment.add_template("page.css", include_str!("page.css"))?;
     environment.add_template("theme.css", plot::theme::THEME_CSS)?;
+    environment.add_template("cards.css", include_str!("cards.css"))?;
+    environment.add_template("cards.html", include_str!("cards.html.j2"))?;
     Ok(environment)
 }

@@ -286,6 +286,9 @@ pub struct Design {
     pub headlight: Quality,
     /// The best rig.
     pub lights: Vec<LightRecord>,
+    /// Other rigs, good and different, best first, where any were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub alternatives: Vec<Alternative>,
     /// The scene's own lights.
     pub scene_lights: SceneLights,
     /// Generations that were run.
@@ -317,12 +320,23 @@ impl Design {
             quality: best.quality(),
             headlight: headlight.quality(),
             lights: LightRecord::rig(&outcome.rig, view),
+            alternatives: Vec::new(),
             scene_lights: SceneLights::default(),
             generations: outcome.history.len(),
             evaluations: outcome.evaluations(),
             timing_ms: Timing::default(),
         }
     }
+}
+
+/// A rig that is as good as a design's, or nearly, and looks different.
+#[derive(Debug, Clone, Serialize)]
+pub struct Alternative {
+    /// Its quality.
+    #[serde(flatten)]
+    pub quality: Quality,
+    /// Its lights.
+    pub lights: Vec<LightRecord>,
 }
 
 /// What `klieg score --json` prints.

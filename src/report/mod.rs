@@ -5,6 +5,7 @@
 
 pub mod csv;
 pub mod exhibit;
+pub mod gallery;
 pub mod html;
 pub mod json;
 pub mod npy;

@@ -2,14 +2,16 @@
 
 use super::config::{First, Settings};
 use super::focus::focused;
+use super::gallery::{self, Gallery};
 use super::{Engine, Session, evaluator_on, intent, milliseconds, warn};
 use crate::design::coarse::{self, run_coarse_first};
 use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
 use crate::lighting::{Light, MAX_LIGHTS, Rig, Role};
-use crate::optimize::{self, Heats, Optimizer, Setup};
+use crate::optimize::{self, Heats, Optimizer, Record, Recorded, Setup};
 use crate::render::Picture;
+use crate::report::gallery::Thumbnail;
 use crate::report::html::{Sheet, Shown, light_ratio};
 use crate::report::json::{self, Design};
 use crate::report::{Staging, csv, picture, plot};
@@ -110,8 +112,8 @@ fn coarse_generations(session: &Session) -> Result<Option<(View, usize)>> {
     Ok(small.zip((settings.optimizer.0.generations)(&settings.optimizers())))
 }
 
-/// What measures small pictures of the view.
-fn coarse(session: &mut Session, small: &View) -> Result<Option<Engine>> {
+/// What measures small pictures of the view; none where nothing of the scene is seen in them.
+pub(super) fn coarse(session: &mut Session, small: &View) -> Result<Option<Engine>> {
     let objective = coarse::objective(&session.settings.objective, &session.view, small);
     let settings = Settings { objective, ..session.settings.clone() };
     let shadows = session.evaluator.maps()?.shadows.as_ref();
@@ -151,34 +153,55 @@ pub fn search(
     journal: Option<&RefCell<Journal>>,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Outcome> {
-    let start = Instant::now();
     let rig = first_rig(session)?;
-    let genome = intent::bound(session, session.complete(genome)?, rig.clone())?;
+    let genome = bound(session, genome, rig.clone())?;
+    search_from(session, (&genome, rig.as_deref()), (journal, None), observe)
+}
+
+/// The genome of a session's search: with the lights that are kept, of the rig `first` too, and its horizon.
+///
+/// # Errors
+/// Faults of the settings.
+pub(super) fn bound(session: &Session, genome: &Genome, first: Option<Rig>) -> Result<Genome> {
+    Ok(intent::bound(session, session.complete(genome)?, first)?)
+}
+
+/// As [`search`], of a genome of [`bound`]. What is looked at goes into the `record`.
+pub(super) fn search_from(
+    session: &mut Session,
+    (genome, rig): (&Genome, Option<&[Light]>),
+    (journal, record): (Option<&RefCell<Journal>>, Option<Record>),
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Outcome> {
+    let start = Instant::now();
     let coarse = match coarse_generations(session)? {
         Some((small, generations)) => coarse(session, &small)?.map(|coarse| (coarse, generations)),
         None => None,
     };
     let count = coarse.as_ref().map_or(1, |_| session.settings.coarse.searches);
-    let mut search = optimizer(session, (&genome, rig.as_deref()), count)?;
+    let mut search = optimizer(session, (genome, rig), count)?;
+    if let Some(record) = record {
+        search = Box::new(Recorded::new(search, record));
+    }
     let settings = session.settings.coarse;
     let mut watch = within_time(session, start, observe);
     let evaluator = &mut Remembered::new(&mut *session.evaluator, journal, 0);
     let outcome = match coarse {
         Some((mut coarse, generations)) => run_coarse_first(
             &mut *search,
-            &genome,
+            genome,
             (&mut Remembered::new(&mut *coarse, journal, 1), evaluator),
             (&settings, generations),
             &mut watch,
         )?,
-        None => design::run(&mut *search, &genome, evaluator, &mut watch)?,
+        None => design::run(&mut *search, genome, evaluator, &mut watch)?,
     };
     session.timing.search = milliseconds(start);
     Ok(outcome)
 }
 
 /// The search's settings in words.
-fn in_words(settings: &Settings) -> String {
+pub(super) fn in_words(settings: &Settings) -> String {
     let words = (settings.optimizer.0.words)(&settings.optimizers());
     let intent = settings.intent.words();
     format!("profile {}, seed {}, {intent}{words}", settings.profile.0.name, settings.seed)
@@ -236,6 +259,22 @@ fn shown(
     rigs.into_iter().zip(pictures).map(shown).collect()
 }
 
+/// Small pictures of the alternatives.
+///
+/// # Errors
+/// As [`Session::render`].
+fn alternatives<'a>(
+    session: &mut Session,
+    others: &'a [gallery::Shown],
+) -> Result<Vec<Thumbnail<'a>>> {
+    if others.is_empty() {
+        return Ok(Vec::new());
+    }
+    let rigs: Vec<&[Light]> = others.iter().map(|other| &*other.rig).collect();
+    let pictures = gallery::drawn(session, &rigs)?;
+    gallery::thumbnails(others, &pictures)
+}
+
 /// The content of `result.json`, its times as they are so far.
 ///
 /// # Errors
@@ -255,20 +294,29 @@ pub fn result(session: &mut Session, outcome: &Outcome) -> Result<Design> {
     Ok(design)
 }
 
-/// Writes all files of a design; gives the content of `result.json`, the last of them.
+/// Writes all files of a design; gives the content of `result.json`, the last of them. Rigs of `others` but the design's
+/// own are its alternatives.
 ///
 /// # Errors
 /// What the device reports, and files that cannot be written.
-pub fn write(session: &mut Session, outcome: &Outcome, staging: &mut Staging) -> Result<Design> {
+pub fn write(
+    session: &mut Session,
+    (outcome, others): (&Outcome, Option<&Gallery>),
+    staging: &mut Staging,
+) -> Result<Design> {
     let mut design = result(session, outcome)?;
+    let others = others.map_or_else(Vec::new, Gallery::others);
+    design.alternatives = others.iter().map(|other| other.alternative(&session.view)).collect();
     let settings = in_words(&session.settings);
 
     let pictures = pictures(session, &outcome.rig)?;
     for (name, shown) in ["headlight.png", "best.png"].into_iter().zip(&pictures) {
         staging.write(name, &shown.png)?;
     }
+    let alternatives = alternatives(session, &others)?;
     let sheet = Sheet {
         design: &design,
+        alternatives: &alternatives,
         rig: &outcome.rig,
         pictures: &pictures,
         history: &outcome.history,

@@ -6,6 +6,7 @@ pub mod designer;
 pub mod device;
 mod engine;
 mod focus;
+pub mod gallery;
 pub mod input;
 pub mod intent;
 mod message;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the rows of pictures of docs/INTENT.md: one design a picture, side by side. Needs Pillow.
+"""Makes the rows of pictures of docs/INTENT.md: one design a picture, side by side, and a gallery. Needs Pillow.
 
     tools/intent/rows.py KLIEG [OUT]
 
@@ -36,6 +36,18 @@ def design(klieg: str, scene: str, options: list[str], folder: Path) -> Image.Im
     return Image.alpha_composite(Image.new("RGBA", picture.size, BACKGROUND), picture).convert("RGB")
 
 
+def gallery(klieg: str, out: Path, folder: Path) -> None:
+    """The pictures of a gallery, best first, in rows of six."""
+    file = ROOT / "scenes" / "elephant.glb"
+    command = [klieg, "gallery", file, "--out", folder, "--device", "cpu", "--size", "160x160", "-q"]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    made = [Image.open(path).convert("RGB") for path in sorted(folder.glob("*.png"))]
+    sheet = Image.new("RGB", (6 * 160, -(-len(made) // 6) * 160), BACKGROUND)
+    for at, picture in enumerate(made):
+        sheet.paste(picture, (at % 6 * 160, at // 6 * 160))
+    sheet.save(out / "gallery.jpg", quality=88)
+
+
 def main() -> None:
     """Makes all rows."""
     klieg, *rest = sys.argv[1:]
@@ -54,6 +66,7 @@ def main() -> None:
                 row.paste(picture, (left, 0))
                 left += picture.width
             row.save(out / f"{name}.jpg", quality=88)
+        gallery(klieg, out, Path(place, "gallery"))
 
 
 if __name__ == "__main__":

@@ -323,7 +323,7 @@ impl<'a> Batch<'a> {
             return Ok(None);
         }
         let mut staging = Staging::new(&folder)?.sparing(inputs);
-        let design = designer::write(&mut session, &outcome, &mut staging)?;
+        let design = designer::write(&mut session, (&outcome, None), &mut staging)?;
         let scores = Scores { headlight: design.headlight.score, score: design.quality.score };
         staging.write(stamp::STAMP, stamp::text(&item.settings, &files, scores)?)?;
         stamp::remove(&folder)?;
