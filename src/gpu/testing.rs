@@ -1,7 +1,8 @@
 //! What the unit tests of the stages share: a watched device, small maps, and reading images back.
 
 use super::measure::generation::{Fitness, GenerationMemory, Measure};
-use super::view::memory::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer, ViewMemory};
+use super::view::g_buffer::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer};
+use super::view::memory::ViewMemory;
 use super::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};
 use super::vulkan::memory::{Access, Buffer, Image};
 use super::vulkan::pipeline::RigKind;

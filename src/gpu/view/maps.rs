@@ -1,7 +1,8 @@
 //! The compute stages that make a view's maps from its G-buffer, once for each view, in order:
 //! `depth_range`, `edges`, `pixel_types`, `visible`, `normal_detail` and `normal_detail_total`.
 
-use super::memory::{GBuffer, PIXEL_GROUP, ViewMemory};
+use super::g_buffer::GBuffer;
+use super::memory::{PIXEL_GROUP, ViewMemory};
 use crate::Result;
 use crate::constants::MAP_STRIP as STRIP;
 use crate::gpu::Context;

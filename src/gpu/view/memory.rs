@@ -22,6 +22,7 @@
 //! recordings see: each of klieg's begins with a barrier after all before it
 //! ([`Commands::record`]; in an engine's commands [`Context::follow_earlier`]).
 
+use super::g_buffer::GBuffer;
 use super::records::{self, Coloring};
 use super::shadows::{Casting, ShadowMemory};
 use crate::gpu::Context;
@@ -53,29 +54,6 @@ pub const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
 /// The push constants of a view's stages.
 pub fn push_constants(chunk: &Chunk) -> Option<(vk::ShaderStageFlags, &[u8])> {
     Some((PUSH_STAGES, bytemuck::bytes_of(chunk)))
-}
-
-/// Layer of a G-buffer's material: linear base colour; x of the polygon's normal, octahedral.
-pub const BASE_COLOR_LAYER: u32 = 0;
-/// Layer of a G-buffer's material: linear emitted radiance; y of the polygon's normal, octahedral.
-pub const EMISSIVE_LAYER: u32 = 1;
-
-/// What the visibility draw or `surface`, and `edges` write. All of the picture's size, in layout `GENERAL`.
-pub struct GBuffer {
-    /// Colour code, R32_UINT; 0 is the background.
-    pub code: Image,
-    /// RGBA32_SFLOAT: position in the light frame, scene radii; perceptual roughness.
-    pub position_roughness: Image,
-    /// RGBA32_SFLOAT: unit normal turned to the viewer; metallic factor.
-    pub normal_metallic: Image,
-    /// RGBA32_SFLOAT in layers: [`BASE_COLOR_LAYER`] and [`EMISSIVE_LAYER`].
-    pub material: Image,
-    /// R32_SFLOAT: distance along the view axis.
-    pub depth: Image,
-    /// R32_SFLOAT: length of the depth's Sobel pair.
-    pub sobel: Image,
-    /// R32_SFLOAT: the depth's Laplacian.
-    pub laplace: Image,
 }
 
 /// Images of a view that some of its stages write: set 1 of these stages, and their layout.
@@ -355,43 +333,6 @@ impl Written {
     }
 }
 
-impl GBuffer {
-    fn new(context: &Arc<Context>, size: [u32; 2], written: vk::ImageUsageFlags) -> Result<Self> {
-        let usage = written
-            | vk::ImageUsageFlags::SAMPLED
-            | vk::ImageUsageFlags::TRANSFER_SRC
-            | vk::ImageUsageFlags::TRANSFER_DST;
-        let vec4 = vk::Format::R32G32B32A32_SFLOAT;
-        let surface = |name, format, layers| image(context, size, (name, format, layers), usage);
-        let depth_map = |name| map(context, size, name, vk::Format::R32_SFLOAT);
-        Ok(Self {
-            code: surface("code", vk::Format::R32_UINT, None)?,
-            position_roughness: surface("position, roughness", vec4, None)?,
-            normal_metallic: surface("normal, metallic", vec4, None)?,
-            material: surface("material", vec4, Some(2))?,
-            depth: depth_map("depth")?,
-            sobel: depth_map("sobel")?,
-            laplace: depth_map("laplace")?,
-        })
-    }
-
-    /// What the visibility draw or `surface` writes, in the order of the bindings from [`binding::CODE`] on.
-    pub fn surface(&self) -> [&Image; 4] {
-        [&self.code, &self.position_roughness, &self.normal_metallic, &self.material]
-    }
-
-    /// What `edges` writes.
-    pub fn depth_maps(&self) -> [&Image; 3] {
-        [&self.depth, &self.sobel, &self.laplace]
-    }
-
-    /// Every image.
-    pub fn images(&self) -> [&Image; 7] {
-        let ([a, b, c, d], [e, f, g]) = (self.surface(), self.depth_maps());
-        [a, b, c, d, e, f, g]
-    }
-}
-
 /// The records for shading in colour.
 fn colors(context: &Arc<Context>, [width, height]: [u32; 2], layers: u32) -> Result<Image> {
     let usage = vk::ImageUsageFlags::STORAGE
@@ -403,7 +344,12 @@ fn colors(context: &Arc<Context>, [width, height]: [u32; 2], layers: u32) -> Res
 }
 
 /// An image that compute stages write and read.
-fn map(context: &Arc<Context>, size: [u32; 2], name: &str, format: vk::Format) -> Result<Image> {
+pub(super) fn map(
+    context: &Arc<Context>,
+    size: [u32; 2],
+    name: &str,
+    format: vk::Format,
+) -> Result<Image> {
     let usage = vk::ImageUsageFlags::STORAGE
         | vk::ImageUsageFlags::SAMPLED
         | vk::ImageUsageFlags::TRANSFER_SRC
@@ -411,7 +357,8 @@ fn map(context: &Arc<Context>, size: [u32; 2], name: &str, format: vk::Format) -
     image(context, size, (name, format, None), usage)
 }
 
-fn image(
+/// An image of one mip level.
+pub(super) fn image(
     context: &Arc<Context>,
     [width, height]: [u32; 2],
     (name, format, layers): (&str, vk::Format, Option<u32>),

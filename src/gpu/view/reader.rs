@@ -1,6 +1,6 @@
 //! Reading a view's images back.
 
-use super::memory::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer};
+use super::g_buffer::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer};
 use crate::Result;
 use crate::gpu::Context;
 use crate::gpu::vulkan::commands::{COPY_WRITE, Commands, HOST_READ};

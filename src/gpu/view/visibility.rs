@@ -1,7 +1,7 @@
 //! The stage `visibility`: one draw of the scene that leaves the nearest polygon of each pixel, with
 //! its position, normal and material, in the G-buffer.
 
-use super::memory::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer};
+use super::g_buffer::{BASE_COLOR_LAYER, EMISSIVE_LAYER, GBuffer};
 use crate::Result;
 use crate::gpu::Context;
 use crate::gpu::scene::drawable::{Drawable, VERTICES};
