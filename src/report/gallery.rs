@@ -30,6 +30,9 @@ pub struct GalleryRecord {
     pub seed: u64,
     /// What light was wanted.
     pub intent: Intent,
+    /// Names of the objects for which it was wanted most.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub focus: Vec<String>,
     /// Settings of the quality function.
     pub objective: ObjectiveRecord,
     /// The headlight's quality.

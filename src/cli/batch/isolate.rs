@@ -60,6 +60,12 @@ pub fn design(item: &Item, out: &Path, announce: bool, limit: Option<Duration>) 
         let _ = stdin.write_all(&task);
     }
     let waiting = "waiting for an item's process";
+    let mut said = process.stdout.take().context(waiting)?;
+    // Read meanwhile: a process that says more than a pipe holds would not end before.
+    let reader = std::thread::spawn(move || {
+        let mut stdout = Vec::new();
+        said.read_to_end(&mut stdout).map(|_| stdout)
+    });
     if let Some(limit) = limit
         && process.wait_timeout(limit).context(waiting)?.is_none()
     {
@@ -67,7 +73,9 @@ pub fn design(item: &Item, out: &Path, announce: bool, limit: Option<Duration>) 
         let seconds = limit.as_secs_f64();
         return Err(anyhow!("it took longer than {seconds} s (--timeout)"));
     }
-    report(&process.wait_with_output().context(waiting)?)
+    let status = process.wait().context(waiting)?;
+    let stdout = reader.join().map_err(|_| anyhow!("{waiting}"))?.context(waiting)?;
+    report(&Output { status, stdout, stderr: Vec::new() })
 }
 
 /// What a process has reported.

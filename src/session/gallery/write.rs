@@ -145,11 +145,12 @@ fn record(
         files: RigFiles::of(at + 1),
     };
     let rigs = gallery.rigs.iter().enumerate().map(rig).collect();
-    let Settings { seed, intent, objective, .. } = &session.settings;
+    let Settings { seed, intent, focus, objective, .. } = &session.settings;
     Ok(GalleryRecord {
         header: session.header(GalleryRecord::SCHEMA),
         seed: *seed,
         intent: *intent,
+        focus: focus.clone(),
         objective: objective.into(),
         headlight,
         slack,
