@@ -31,7 +31,7 @@ mod neighbourhood;
 pub use evaluator::{CpuEvaluator, device};
 
 use crate::objective::Objective;
-use crate::objective::maps::{Maps, PixelCounts, PixelType, Surface};
+use crate::objective::maps::{Maps, PixelCounts, Surface};
 use crate::objective::shadows::ShadowSettings;
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
@@ -99,8 +99,7 @@ pub fn maps(mut surface: Surface, objective: &Objective) -> Maps {
     set_background_depth(&mut surface);
     let (sobel, laplace) = edges::depth_gradients(&surface);
     let types = pixel_types::classify(&surface.code, &sobel, &laplace, objective);
-    let count = |kind| types.iter().filter(|&&t| t == kind).count() as u32;
-    let counts = PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
+    let counts = PixelCounts::of(&types);
     let visible = visible::visible(&surface.code);
     let (normal_gradient, normal_detail) = normal_detail::normal_detail(&surface, &types);
     let shape = shape::shape(&surface, &types, &normal_gradient);

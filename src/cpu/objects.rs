@@ -21,8 +21,7 @@ pub fn of_objects(maps: &Maps, keep: impl Fn(u32) -> bool) -> Maps {
         part.types[at] = PixelType::Background;
     }
     set_background_depth(surface);
-    let count = |kind| part.types.iter().filter(|&&t| t == kind).count() as u32;
-    part.counts = PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
+    part.counts = PixelCounts::of(&part.types);
     part.visible = visible::visible(&part.surface.code);
     (part.normal_gradient, part.normal_detail) =
         normal_detail::normal_detail(&part.surface, &part.types);

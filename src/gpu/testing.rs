@@ -127,8 +127,7 @@ pub fn maps(width: u32, height: u32) -> (Maps, View) {
     }
     (maps.sobel, maps.laplace) = (vec![0.0; n], vec![0.0; n]);
     maps.normal_gradient = cpu::normal_detail::normal_detail(&maps.surface, &maps.types).0;
-    let count = |kind| maps.types.iter().filter(|&&k| k == kind).count() as u32;
-    maps.counts = PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
+    maps.counts = PixelCounts::of(&maps.types);
     (maps, view(width, height))
 }
 

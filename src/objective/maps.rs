@@ -89,6 +89,12 @@ pub struct PixelCounts {
 }
 
 impl PixelCounts {
+    /// Of a view's pixel types.
+    pub fn of(types: &[PixelType]) -> Self {
+        let count = |kind| types.iter().filter(|&&t| t == kind).count() as u32;
+        Self { surface: count(PixelType::Surface), edge: count(PixelType::Edge) }
+    }
+
     /// Object pixels, the set `M`.
     pub fn object(&self) -> u32 {
         self.surface + self.edge
@@ -245,9 +251,7 @@ impl Maps {
         if let Some((name, at)) = self.surface.not_finite() {
             return fault(format!("{name} of pixel {at} is not finite"));
         }
-        let count = |kind| self.types.iter().filter(|&&k| k == kind).count() as u32;
-        let counts =
-            PixelCounts { surface: count(PixelType::Surface), edge: count(PixelType::Edge) };
+        let counts = PixelCounts::of(&self.types);
         if counts != self.counts {
             return fault(format!("the types make {counts:?}, not {:?}", self.counts));
         }
