@@ -42,7 +42,7 @@ WHEELS = $(BUILDS)/wheels
 
 .PHONY: help setup design spirv test test-rust test-python check check-python program library install install-program \
 	install-library judge intent gpu-kit fuzz soak bits deny msrv package wheel \
-	python-module test-blender blender-addon
+	python-module test-blender test-ray blender-addon
 
 help:
 	@echo 'make design [SCENE=FILE] [OUT=FOLDER] [ARGS=...]  light a glTF scene, on Vulkan'
@@ -62,6 +62,7 @@ help:
 	@echo 'make wheel  build the Python package, and try it in a virtual environment of its own'
 	@echo 'make blender-addon  build the extension for Blender 4.2 and later: target/klieg-blender-VERSION.zip'
 	@echo 'make test-blender   test it with the package of Blender, 300 MB'
+	@echo 'make test-ray   test klieg.ray on a local cluster'
 	@echo 'make test-python [PYTHON=PROGRAM]  the tests of the Python package alone'
 	@echo 'make package  pack the crate, and build and test what is in the archive'
 	@echo 'make setup  only install what the others need, where it is missing'
@@ -143,6 +144,11 @@ check-python:
 	cd benches/peers && "$(abspath $(PYTHON_ENV))/bin/ruff" check --config ../../python/pyproject.toml . && \
 		"$(abspath $(PYTHON_ENV))/bin/ruff" format --config ../../python/pyproject.toml --check . && \
 		"$(abspath $(PYTHON_ENV))/bin/mypy" --config-file ../../python/pyproject.toml .
+
+# On a cluster of two workers on this machine; Ray is 300 MB with what it needs.
+test-ray: python-module
+	"$(PYTHON_ENV)/bin/pip" install --quiet --disable-pip-version-check -r python/requirements-ray.txt
+	cd python && "$(abspath $(PYTHON_ENV))/bin/pytest" tests/test_ray.py
 
 # In the Python of Blender's package, which `make judge` has too.
 test-blender: python-module $(JUDGE_ENV)/installed

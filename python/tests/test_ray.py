@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import trimesh
+from PIL import Image
+
+import klieg.ray
+
+ray = pytest.importorskip("ray", reason="ray is not installed: make test-ray does it")
+
+pytestmark = pytest.mark.filterwarnings("default")
+
+SMALL: dict[str, Any] = {
+    "size": (48, 48),
+    "generations": 3,
+    "population": 6,
+    "coarse": 0,
+    "shadows": False,
+    "samples": 4,
+}
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[None]:
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level="error")
+    yield
+    ray.shutdown()
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Sixty models, and four files that are none."""
+    folder = tmp_path_factory.mktemp("models")
+    for number in range(60):
+        mesh = trimesh.creation.torus(1.0, 0.2 + 0.01 * number, major_sections=16, minor_sections=8)
+        kind = ("glb", "ply", "stl")[number % 3]
+        data = mesh.export(file_type=kind)
+        (folder / f"model-{number:02}.{kind}").write_bytes(data)
+    for number in range(4):
+        (folder / f"broken-{number}.glb").write_bytes(b"glTF" + bytes(number))
+    return folder
+
+
+def test_every_model_has_a_row_and_broken_ones_an_error(cluster: None, models: Path) -> None:
+    files = ray.data.read_binary_files(str(models), include_paths=True)
+    lit = files.map_batches(
+        klieg.ray.Designer, fn_constructor_args=("cpu",), fn_constructor_kwargs=SMALL, batch_size=4, concurrency=2
+    )
+    rows = {Path(row["path"]).name: row for row in lit.take_all()}
+    assert len(rows) == 64
+    broken = {name for name, row in rows.items() if row["error"]}
+    assert broken == {f"broken-{number}.glb" for number in range(4)}
+    good = rows["model-07.ply"]
+    assert 0 < good["score"] < 1
+    assert [light["role"] for light in json.loads(good["lights"])] == ["key", "fill"]
+    assert Image.open(io.BytesIO(good["png"])).size == (48, 48)
+    assert klieg.Scene.from_bytes(good["glb"]).polygons == 256
+
+
+def test_an_item_that_exceeds_its_time_gives_its_best(models: Path) -> None:
+    designer = klieg.ray.Designer("cpu", size=(48, 48), generations=10**6, coarse=0, time_limit=0.2)
+    path = models / "model-00.glb"
+    row = designer.row(path.name, path.read_bytes())
+    assert row["stopped"]
+    assert row["error"] == ""
+    assert row["glb"][:4] == b"glTF"
