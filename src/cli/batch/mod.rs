@@ -1,7 +1,8 @@
-//! `klieg batch`: many designs in one run. A thread loads the next scene while the present one is
-//! designed; the device stays open throughout.
+//! `klieg batch`: many designs in one run. A thread loads the next scene while the present one is searched, and
+//! another writes the files of the one before; the device stays open throughout.
 
 mod ahead;
+mod design;
 mod isolate;
 mod items;
 mod record;
@@ -10,28 +11,23 @@ mod stamp;
 
 use super::config::Settings;
 use super::designer;
-use super::device::{self, Opened};
 use super::options::{LookOptions, SearchOptions, TargetOptions};
 use super::picture::PictureOptions;
 use super::progress::{self, Interrupt};
-use super::session::{self, Session, milliseconds};
-use super::values::Device;
+use super::session::milliseconds;
 use super::{describe, print};
 use crate::Error;
-use crate::design::{Progress, profile};
-use crate::report::{Inputs, Staging, json};
-use ahead::{Ready, load_ahead};
-use anyhow::{Context, Result};
+use crate::design::profile;
+use crate::report::{Inputs, json};
+use anyhow::Result;
 use clap::Args;
 use indicatif::ProgressBar;
 use items::Item;
 use record::{Files, Record};
 use shard::Shard;
 use stamp::Scores;
-use std::ops::ControlFlow;
 use std::panic::AssertUnwindSafe;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 /// Find the best lights for many scenes
@@ -188,53 +184,7 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Designs the items of these numbers, until the user has enough.
-    fn design(&mut self, todo: &[usize], settings: &Settings) -> Result<()> {
-        let mut device = device::open(&settings.device, settings)?;
-        self.note()?;
-        let interrupt = Interrupt::listen()?;
-        let (items, options) = (self.items, &settings.loading());
-        if let Some(&first) = todo.first() {
-            self.bar.set_message(format!("{}: reading", items[first].name));
-        }
-        std::thread::scope(|scope| {
-            // Without a buffer, the thread waits with one scene at hand.
-            let (sender, scenes) = mpsc::sync_channel(0);
-            let paths = todo.iter().map(|&index| &*items[index].scene);
-            scope.spawn(move || load_ahead(paths, options, &sender));
-            for &index in todo {
-                let scene = scenes.recv().context("the thread that loads scenes has ended")?;
-                if interrupt.check().is_break() {
-                    break;
-                }
-                let item = &items[index];
-                let again = scene.as_ref().ok().cloned();
-                let mut made =
-                    scene.and_then(|ready| guarded(|| self.one(item, ready, &device, &interrupt)));
-                if let (Err(fault), Some(ready)) = (&made, again)
-                    && settings.device == Device::Auto
-                    && device::is_device(fault)
-                {
-                    self.say(&format!(
-                        "{}: {}: it is done again on the CPU",
-                        item.name,
-                        describe(fault)
-                    ));
-                    device = device::open(&settings.device, settings)?;
-                    made = guarded(|| self.one(item, ready, &Opened::Cpu, &interrupt));
-                }
-                if made.as_ref().is_err_and(may_be_lost) {
-                    device = device::open(&settings.device, settings)?;
-                }
-                if self.settle(index, made)?.is_break() {
-                    break;
-                }
-            }
-            Ok(())
-        })
-    }
-
-    /// The same, each in a process of its own, which may take so long.
+    /// Designs the items of these numbers, each in a process of its own, which may take so long.
     fn design_isolated(&mut self, todo: &[usize], limit: Option<Duration>) -> Result<()> {
         self.note()?;
         let interrupt = Interrupt::listen()?;
@@ -250,25 +200,29 @@ impl<'a> Batch<'a> {
                 self.record.device = self.record.device.take().or(report.device.clone());
                 report.made()
             });
-            if self.settle(index, made)?.is_break() {
-                break;
+            match made {
+                Ok(Some((scores, time))) => {
+                    self.record.done(index, scores, time);
+                    self.told(index)?;
+                }
+                Ok(None) => break,
+                Err(fault) => self.fault(index, &fault)?,
             }
         }
         Ok(())
     }
 
-    /// Takes note of what became of an item: nothing where the user ended the search.
-    fn settle(&mut self, index: usize, made: Result<Option<Made>>) -> Result<ControlFlow<()>> {
-        match made {
-            Ok(None) => return Ok(ControlFlow::Break(())),
-            Ok(Some((scores, time))) => self.record.done(index, scores, time),
-            Err(fault) => {
-                if self.recorded {
-                    self.say(&format!("{}: {}", self.items[index].name, describe(&fault)));
-                }
-                self.record.failed(index, &fault);
-            }
+    /// Takes note of an item's fault.
+    fn fault(&mut self, index: usize, fault: &anyhow::Error) -> Result<()> {
+        if self.recorded {
+            self.say(&format!("{}: {}", self.items[index].name, describe(fault)));
         }
+        self.record.failed(index, fault);
+        self.told(index)
+    }
+
+    /// Tells what became of an item.
+    fn told(&mut self, index: usize) -> Result<()> {
         self.bar.inc(1);
         // Where no bar tells.
         if self.recorded && self.bar.is_hidden() {
@@ -278,57 +232,13 @@ impl<'a> Batch<'a> {
         if noted.elapsed() > PAUSE * cost {
             self.note()?;
         }
-        Ok(ControlFlow::Continue(()))
+        Ok(())
     }
 
     /// An item's files must not replace any input.
     fn spare(&self, item: &Item) -> Result<()> {
         let names = designer::FILES.into_iter().chain([stamp::STAMP]);
         Ok(self.inputs.spare(&self.out.join(&item.name), names)?)
-    }
-
-    /// Makes and publishes a design, or nothing where the user ended the search.
-    fn one(
-        &mut self,
-        item: &Item,
-        Ready { scene, files }: Ready,
-        device: &Opened,
-        interrupt: &Interrupt,
-    ) -> Result<Option<Made>> {
-        let begin = Instant::now();
-        let folder = self.out.join(&item.name);
-        self.spare(item)?;
-        let inputs = session::inputs(&scene.scene, None);
-        inputs.spare(&folder, designer::FILES.into_iter().chain([stamp::STAMP]))?;
-        self.bar.set_message(item.name.clone());
-        for warning in &scene.scene.warnings {
-            self.say(&format!("{}: {warning}", item.name));
-        }
-        let settings = item.settings.steered()?;
-        let genome = settings.genome()?;
-        let mut session = Session::on(device, scene, settings, begin)?;
-        if self.record.device.is_none() {
-            if self.announce {
-                self.bar.suspend(|| session::announce(&session.evaluator));
-            }
-            self.record.device = Some(serde_json::to_value(session.evaluator.device())?);
-        }
-        let mut observe = |progress: &Progress| {
-            let Progress { generation, best, .. } = progress;
-            self.bar.set_message(format!("{}: F {best:.4}, generation {generation}", item.name));
-            interrupt.check()
-        };
-        let outcome = designer::search(&mut session, &genome, None, &mut observe)?;
-        if outcome.stopped && interrupt.check().is_break() {
-            return Ok(None);
-        }
-        let mut staging = Staging::new(&folder)?.sparing(inputs);
-        let design = designer::write(&mut session, (&outcome, None), &mut staging)?;
-        let scores = Scores { headlight: design.headlight.score, score: design.quality.score };
-        staging.write(stamp::STAMP, stamp::text(&item.settings, &files, scores)?)?;
-        stamp::remove(&folder)?;
-        staging.publish()?;
-        Ok(Some((scores, design.timing_ms.total)))
     }
 
     /// Says something beside the bar.
