@@ -14,12 +14,11 @@ use crate::gpu::view::memory::{PIXEL_GROUP, ViewMemory};
 use crate::gpu::view::records::Records;
 use crate::gpu::view::shadows::{self, Casting, ShadowStage};
 use crate::gpu::vulkan::choice::Lights;
-use crate::gpu::vulkan::commands::{
-    COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, StageTimer,
-};
+use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands};
 use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::{Binding, DescriptorSet, Pipeline, PipelineLayout, set_layout};
+use crate::gpu::vulkan::timer::StageTimer;
 use crate::lighting::shading::Shading;
 use crate::math::frame::Frame;
 use crate::objective::Objective;

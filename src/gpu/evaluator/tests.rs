@@ -1,7 +1,10 @@
 //! Which pipeline is taken, and populations in parts.
 
 use super::*;
+use crate::evaluate::Evaluator;
+use crate::gpu::vulkan::choice::Lights;
 use crate::gpu::{Tuning, testing};
+use crate::lighting::Light;
 use crate::lighting::presets::Preset;
 
 #[test]

@@ -7,12 +7,11 @@ use crate::gpu::Context;
 use crate::gpu::layout::{AppearancePart, Chunk, Detail, GradientPart, MomentPart, binding};
 use crate::gpu::shaders;
 use crate::gpu::view::memory::ViewMemory;
-use crate::gpu::vulkan::commands::{
-    COMPUTE_READ, COMPUTE_WRITE, COPY_READ, Commands, HOST_READ, StageTimer,
-};
+use crate::gpu::vulkan::commands::{COMPUTE_READ, COMPUTE_WRITE, COPY_READ, Commands, HOST_READ};
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::{Pipeline, RigKind};
 use crate::gpu::vulkan::staging;
+use crate::gpu::vulkan::timer::StageTimer;
 use crate::lighting::{LightRecord, MAX_LIGHTS};
 use crate::objective::Needs;
 use crate::{Error, Result};

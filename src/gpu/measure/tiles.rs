@@ -10,12 +10,13 @@ use crate::gpu::shaders;
 use crate::gpu::view::memory::{PUSH_BYTES, PUSH_STAGES, ViewMemory, push_constants};
 use crate::gpu::vulkan::choice::Subgroups;
 use crate::gpu::vulkan::commands::{
-    COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ, StageTimer,
+    COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Commands, HOST_READ,
 };
 use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::{ByRigs, DescriptorSet, Pipeline, PipelineLayout, RigKind};
 use crate::gpu::vulkan::staging;
+use crate::gpu::vulkan::timer::StageTimer;
 use ash::vk;
 use std::sync::Arc;
 

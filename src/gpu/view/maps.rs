@@ -8,10 +8,11 @@ use crate::constants::MAP_STRIP as STRIP;
 use crate::gpu::Context;
 use crate::gpu::layout::{self, ShapePart};
 use crate::gpu::shaders;
-use crate::gpu::vulkan::commands::{COMPUTE_WRITE, COPY_WRITE, Scope, StageTimer};
+use crate::gpu::vulkan::commands::{COMPUTE_WRITE, COPY_WRITE, Scope};
 use crate::gpu::vulkan::dispatch::Dispatch;
 use crate::gpu::vulkan::memory::Buffer;
 use crate::gpu::vulkan::pipeline::{Binding, DescriptorSet, Pipeline, PipelineLayout};
+use crate::gpu::vulkan::timer::StageTimer;
 use ash::vk;
 use std::sync::Arc;
 

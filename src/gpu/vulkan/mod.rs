@@ -17,6 +17,7 @@ pub mod pipeline;
 pub mod pipeline_cache;
 pub mod requirements;
 pub mod staging;
+pub mod timer;
 pub mod usage;
 
 use crate::{Error, Result};
