@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import io
 import json
+import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -70,3 +72,27 @@ def test_an_item_that_exceeds_its_time_gives_its_best(models: Path) -> None:
     assert row["stopped"]
     assert row["error"] == ""
     assert row["glb"][:4] == b"glTF"
+
+
+class Fragile(klieg.ray.Designer):
+    """Its process is killed in the middle of a batch, once."""
+
+    def __init__(self, grave: Path, **options: Any) -> None:
+        super().__init__("cpu", **options)
+        self.grave = grave
+
+    def row(self, path: str, data: bytes) -> dict[str, Any]:
+        if Path(path).stem == "model-30" and not self.grave.exists():
+            self.grave.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().row(path, data)
+
+
+def test_a_killed_worker_loses_nothing(cluster: None, models: Path, tmp_path: Path) -> None:
+    files = ray.data.read_binary_files(str(models), include_paths=True)
+    arguments = {"grave": tmp_path / "killed", **SMALL}
+    lit = files.map_batches(Fragile, fn_constructor_kwargs=arguments, batch_size=4, concurrency=2)
+    rows = lit.take_all()
+    assert (tmp_path / "killed").exists()
+    assert len({row["path"] for row in rows}) == len(rows) == 64
+    assert sum(row["error"] == "" for row in rows) == 60
