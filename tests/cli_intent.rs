@@ -284,3 +284,45 @@ fn what_is_in_focus_is_lit_better_than_without() {
     assert!(said.contains("does not see what is in focus: back apple"), "{said}");
     assert!(!place.path("none").exists());
 }
+
+/// Mean encoded brightness of a square of the picture.
+fn brightness(place: &Folder, out: &str, [x, y]: [u32; 2], side: u32) -> f32 {
+    let picture = image::open(place.path(out).join("best.png")).unwrap().to_luma8();
+    let values = (y..y + side).flat_map(|v| (x..x + side).map(move |u| (u, v)));
+    mean(&values.map(|(u, v)| f32::from(picture.get_pixel(u, v).0[0])).collect::<Vec<_>>())
+}
+
+#[test]
+fn shadows_and_highlights_lie_where_they_are_drawn() {
+    let place = Folder::new();
+    // On the flank of the elephant, which looks to the left.
+    let (at, side) = ([52, 40], 6);
+    let stroke = |name: &str, grey: u8| {
+        let mut picture = image::RgbaImage::new(96, 96);
+        for (x, y) in (at[1]..at[1] + side).flat_map(|y| (at[0]..at[0] + side).map(move |x| (x, y)))
+        {
+            picture.put_pixel(x, y, Rgba([grey, grey, grey, 255]));
+        }
+        picture.save(place.path(name)).unwrap();
+        place.path(name)
+    };
+    design(&place, "free", &[]);
+    let shadow = stroke("shadow.png", 10);
+    let result = design(&place, "dark", &["--strokes", shadow.to_str().unwrap()]);
+    assert_eq!(result["strokes"], true);
+    assert_eq!(result["objective"]["weights"]["target"], 1.0);
+    let [free, dark] = ["free", "dark"].map(|out| brightness(&place, out, at, side));
+    assert!(dark < 70.0 && dark + 60.0 < free, "{dark} {free}");
+
+    let light = stroke("light.png", 255);
+    let light = light.to_str().unwrap();
+    let held = |seed| {
+        let result = design(&place, seed, &["--strokes", light, "--seed", seed]);
+        let key = &result["lights"][0];
+        ["elevation_deg", "azimuth_deg", "distance"].map(|name| key[name].as_f64().unwrap())
+    };
+    assert_eq!(held("1"), held("2"));
+
+    let arguments = ["design", "scene.glb", "--out", "o", "--strokes", light, "--focus", "x"];
+    place.klieg(&arguments).assert().code(2);
+}

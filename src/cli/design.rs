@@ -43,6 +43,10 @@ pub(super) struct Options {
     /// of the lights are solved for, and their places searched. What is not opaque is free
     #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "focus", "keeps", "like"])]
     target_picture: Option<PathBuf>,
+    /// Draw where highlights and shadows are to lie: a PNG of the view's proportions, with bright strokes for highlights, dark
+    /// ones for shadows, transparent elsewhere. Each highlight decides where a light stands
+    #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "focus", "target_picture"])]
+    strokes: Option<PathBuf>,
     /// Look for so many other lights, good and different, 1 to 98: they stand in report.html and result.json [default: none]
     #[arg(long, value_name = "N", conflicts_with = "target_picture")]
     alternatives: Option<usize>,
@@ -71,10 +75,14 @@ impl Options {
         let settings = settings.steered()?;
         let genome = settings.genome()?;
         let mut session = Session::open(self.scene.path()?, settings)?;
-        let pictures = self.target_picture.as_deref().into_iter().chain(self.search.picture());
+        let drawn = self.target_picture.iter().chain(&self.strokes).map(PathBuf::as_path);
+        let pictures = drawn.chain(self.search.picture());
         let mut inputs = session.inputs(self.scene.config());
         inputs.extend(Inputs::new(pictures));
         inputs.spare(&self.out, designer::FILES)?;
+        if let Some(path) = &self.strokes {
+            session.stroke(path)?;
+        }
         let mut staging = Staging::new(&self.out)?.sparing(inputs);
         let files = (&*self.out, &designer::FILES[..]);
         let journal = self.checkpoint.open(&mut session, files)?.map(RefCell::new);

@@ -79,7 +79,7 @@ impl Options {
         if let Some(Picked { folder, number }) = self.picked() {
             inputs.extend(Inputs::new([RECORD, &RigFiles::of(number).rig].map(|n| folder.join(n))));
             let rig = gallery::picked(&folder, number, &session.view)?;
-            around = Some(gallery::around(&session, &genome, &rig)?);
+            around = Some(gallery::around(&mut session, &genome, &rig)?);
         }
         inputs.spare(&self.out, gallery::names(self.count))?;
         let mut staging = Staging::new(&self.out)?.sparing(inputs);

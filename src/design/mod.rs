@@ -16,6 +16,7 @@ pub mod paint;
 pub mod profile;
 pub mod race;
 pub mod start;
+pub mod strokes;
 #[cfg(test)]
 mod testing;
 
@@ -35,6 +36,7 @@ pub use intent::{Intent, Mood};
 pub use journal::{Journal, Remembered};
 pub use like::Look;
 pub use race::{Course, race};
+pub use strokes::Strokes;
 
 /// How a search stands after a generation.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -277,6 +277,9 @@ pub struct Design {
     /// Names of the objects for which it was wanted most.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub focus: Vec<String>,
+    /// Whether strokes said where highlights and shadows were to lie.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub strokes: bool,
     /// Settings of the quality function.
     pub objective: ObjectiveRecord,
     /// The best rig's quality.
@@ -316,6 +319,7 @@ impl Design {
             seed,
             intent: Intent::default(),
             focus: Vec::new(),
+            strokes: false,
             objective: objective.into(),
             quality: best.quality(),
             headlight: headlight.quality(),

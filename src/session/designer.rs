@@ -3,9 +3,9 @@
 use super::config::{First, Settings};
 use super::focus::focused;
 use super::gallery::{self, Gallery};
-use super::{Engine, Session, evaluator_on, intent, milliseconds, warn};
+use super::{Engine, Session, evaluator_on, intent, milliseconds, strokes, warn};
 use crate::design::coarse::{self, run_coarse_first};
-use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
+use crate::design::{self, Journal, Outcome, Progress, Remembered, Strokes, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
 use crate::lighting::{Light, MAX_LIGHTS, Rig, Role};
@@ -119,10 +119,17 @@ pub(super) fn coarse(session: &mut Session, small: &View) -> Result<Option<Engin
     let shadows = session.evaluator.maps()?.shadows.as_ref();
     let occluders = shadows.map(|shadows| Arc::clone(shadows.occluders()));
     let seen = (&*session.scene, small);
-    let mut coarse = evaluator_on(&session.device, seen, &settings, occluders)?;
+    let unmarked = strokes::unmarked(session, &settings)?;
+    let mut coarse = evaluator_on(&session.device, seen, &unmarked, occluders)?;
     // What is a few pixels wide may be none there.
     if coarse.maps()?.counts.object() == 0 {
         return Ok(None);
+    }
+    if let Some(picture) = &session.strokes {
+        // What is a few pixels wide may be none there.
+        let Ok(strokes) = Strokes::of(picture, coarse.maps()?) else { return Ok(None) };
+        let both = (&session.device, small);
+        coarse = strokes::marked(&mut coarse, &strokes, both, &settings)?.unwrap_or(coarse);
     }
     Ok(focused(coarse, &session.device, seen, &settings)?)
 }
@@ -162,8 +169,9 @@ pub fn search(
 ///
 /// # Errors
 /// Faults of the settings.
-pub(super) fn bound(session: &Session, genome: &Genome, first: Option<Rig>) -> Result<Genome> {
-    Ok(intent::bound(session, session.complete(genome)?, first)?)
+pub(super) fn bound(session: &mut Session, genome: &Genome, first: Option<Rig>) -> Result<Genome> {
+    let genome = intent::bound(session, session.complete(genome)?, first)?;
+    session.with_highlights(genome)
 }
 
 /// As [`search`], of a genome of [`bound`]. What is looked at goes into the `record`.
@@ -291,6 +299,7 @@ pub fn result(session: &mut Session, outcome: &Outcome) -> Result<Design> {
     design.timing_ms = session.finish();
     design.intent = session.settings.intent;
     design.focus.clone_from(&session.settings.focus);
+    design.strokes = session.strokes.is_some();
     Ok(design)
 }
 

@@ -8,6 +8,7 @@ use crate::cpu::{self, CpuEvaluator};
 use crate::design::Focused;
 use crate::evaluate::Evaluator;
 use crate::gpu::{GpuEvaluator, PipelineKind};
+use crate::objective::maps::Maps;
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
@@ -120,6 +121,25 @@ pub fn evaluator_on(
             let (context, shadows) = (&stored.context, &settings.shadows);
             let both = (objective, shading);
             let gpu = GpuEvaluator::with_shadows(context, scene, view, both, shadows)?;
+            Engine::vulkan(gpu, stored)
+        }
+    })
+}
+
+/// An evaluator of maps that are there, on an open device.
+///
+/// # Errors
+/// What setting it up reports.
+pub fn evaluator_of(
+    device: &Opened,
+    (maps, view): (Maps, &View),
+    settings: &Settings,
+) -> crate::Result<Engine> {
+    let (objective, shading) = (settings.objective, settings.shading);
+    Ok(match device {
+        Opened::Cpu => Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?)),
+        Opened::Vulkan(stored) => {
+            let gpu = GpuEvaluator::with_maps(&stored.context, &maps, view, objective, shading)?;
             Engine::vulkan(gpu, stored)
         }
     })

@@ -2,11 +2,9 @@
 
 use super::config::Settings;
 use super::device::Opened;
-use super::engine::Engine;
-use crate::cpu::CpuEvaluator;
+use super::engine::{Engine, evaluator_of};
 use crate::cpu::objects::of_objects;
 use crate::design::Focused;
-use crate::gpu::GpuEvaluator;
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
@@ -34,14 +32,7 @@ pub fn focused(
     if maps.counts.object() == 0 {
         return Ok(None);
     }
-    let (objective, shading) = (settings.objective, settings.shading);
-    let part = match device {
-        Opened::Cpu => Engine::Cpu(Box::new(CpuEvaluator::new(maps, view, objective, shading)?)),
-        Opened::Vulkan(stored) => {
-            let gpu = GpuEvaluator::with_maps(&stored.context, &maps, view, objective, shading)?;
-            Engine::vulkan(gpu, stored)
-        }
-    };
+    let part = evaluator_of(device, (maps, view), settings)?;
     Ok(Some(Engine::Focused(Box::new(Focused::new(whole, part)))))
 }
 

@@ -16,6 +16,7 @@ pub mod picture;
 pub mod pipelines;
 pub mod profile;
 pub mod rig;
+mod strokes;
 pub mod values;
 mod view;
 
@@ -40,7 +41,7 @@ use crate::report::exhibit::Studio;
 use crate::report::json::{Header, SceneLights, Timing};
 use crate::scene::load::LoadOptions;
 use crate::scene::view::View;
-use crate::scene::{self, Scene};
+use crate::scene::{self, Scene, TextureLevel};
 use crate::study::Subject;
 use anyhow::Result;
 use image::RgbImage;
@@ -66,6 +67,8 @@ pub struct Session {
     kept: Rig,
     /// What evaluators are made on.
     pub device: Opened,
+    /// Where highlights and shadows are to lie.
+    strokes: Option<TextureLevel>,
     /// When the scene was there.
     begin: Instant,
 }
@@ -149,7 +152,8 @@ impl Session {
             timing.maps
         );
         let device = device.clone();
-        Ok(Self { scene, view, evaluator, settings, timing, kept, device, begin })
+        let strokes = None;
+        Ok(Self { scene, view, evaluator, settings, timing, kept, device, strokes, begin })
     }
 
     /// What outputs must not replace: all files of the scene, and the configuration's, if any.

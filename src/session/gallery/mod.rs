@@ -173,10 +173,11 @@ pub fn search(
 ///
 /// # Errors
 /// Faults of the settings, and [`crate::Error::Argument`] for a rig of another number of lights than is searched.
-pub fn around(session: &Session, genome: &Genome, rig: &[Light]) -> Result<Origin> {
+pub fn around(session: &mut Session, genome: &Genome, rig: &[Light]) -> Result<Origin> {
     let begin = Instant::now();
     let rig: Rig = rig.iter().filter(|light| light.role != Role::Scene).copied().collect();
-    let genome = bound(session, genome, first_rig(session)?)?;
+    let first = first_rig(session)?;
+    let genome = bound(session, genome, first)?;
     let chromosome = start::from_rig(&genome, &rig)?;
     Ok(Origin {
         bounds: near(genome.bounds(), &chromosome, NEAR),

@@ -1,0 +1,71 @@
+//! `klieg design --strokes`: where highlights and shadows are to lie.
+
+use super::Session;
+use super::config::Settings;
+use super::device::Opened;
+use super::engine::{Engine, evaluator_of};
+use crate::design::strokes::{SHADOW_WEIGHT, Strokes};
+use crate::lighting::genome::Genome;
+use crate::objective::{Objective, Term};
+use crate::scene::load::read_picture;
+use crate::scene::view::View;
+use crate::{Error, Result as Checked};
+use anyhow::Result;
+use std::path::Path;
+
+impl Session {
+    /// Takes the strokes of a picture: its search holds the lights of the highlights in their places, and the evaluator
+    /// judges the shadows too.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a picture that cannot be used, and what the device reports.
+    pub fn stroke(&mut self, path: &Path) -> Result<()> {
+        let picture = read_picture(path)?;
+        let fault = |fault| Error::input(path, fault);
+        let strokes = Strokes::of(&picture, self.evaluator.maps()?).map_err(fault)?;
+        if strokes.has_shadows() {
+            weigh(&mut self.settings.objective, SHADOW_WEIGHT)?;
+        }
+        let seen = (&self.device, &self.view);
+        if let Some(marked) = marked(&mut self.evaluator, &strokes, seen, &self.settings)? {
+            self.evaluator = marked;
+        }
+        self.strokes = Some(picture);
+        Ok(())
+    }
+
+    /// A genome with the lights of the highlights in their places.
+    pub(super) fn with_highlights(&mut self, genome: Genome) -> Result<Genome> {
+        let Some(picture) = &self.strokes else { return Ok(genome) };
+        let maps = self.evaluator.maps()?;
+        Ok(Strokes::of(picture, maps)?.hold(genome, maps, &self.view)?)
+    }
+}
+
+/// Gives the term that compares with the strokes of shadows a weight.
+fn weigh(objective: &mut Objective, weight: f32) -> Checked<()> {
+    objective.weights.set(Term::named("target")?, weight)
+}
+
+/// The settings for an evaluator that sees no strokes.
+pub(super) fn unmarked(session: &Session, settings: &Settings) -> Checked<Settings> {
+    let mut settings = settings.clone();
+    if session.strokes.is_some() {
+        weigh(&mut settings.objective, 0.0)?;
+    }
+    Ok(settings)
+}
+
+/// An evaluator that judges the shadows of strokes besides what the given one does; none where no shadow is drawn.
+pub(super) fn marked(
+    evaluator: &mut Engine,
+    strokes: &Strokes,
+    (device, view): (&Opened, &View),
+    settings: &Settings,
+) -> Result<Option<Engine>> {
+    let maps = evaluator.maps()?;
+    let Some(target) = strokes.target(maps.types.len()) else { return Ok(None) };
+    let mut maps = maps.clone();
+    maps.set_target(target)?;
+    Ok(Some(evaluator_of(device, (maps, view), settings)?))
+}
