@@ -18,6 +18,7 @@ pub mod race;
 pub mod start;
 #[cfg(test)]
 mod testing;
+pub mod views;
 
 use crate::evaluate::Evaluator;
 use crate::lighting::Rig;
@@ -35,6 +36,7 @@ pub use intent::{Intent, Mood};
 pub use journal::{Journal, Remembered};
 pub use like::Look;
 pub use race::{Course, race};
+pub use views::{Over, Stand, Views};
 
 /// How a search stands after a generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
