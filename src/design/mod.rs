@@ -36,7 +36,7 @@ pub use intent::{Intent, Mood};
 pub use journal::{Journal, Remembered};
 pub use like::Look;
 pub use race::{Course, race};
-pub use views::{Over, Stand, Views};
+pub use views::{Over, Views};
 
 /// How a search stands after a generation.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,24 +1,14 @@
 //! One rig for many views.
 
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
-use crate::lighting::{Light, LightRecord, Population, Role};
+use crate::lighting::{Light, LightRecord, Population, Role, Stand};
 use crate::math::frame::{Change, Frame};
 use crate::objective::maps::Maps;
 use crate::objective::{Quality, Term};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::ops::DerefMut;
-
-/// What a rig stands in while the view changes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Stand {
-    /// The world: lights stay in their places.
-    #[default]
-    World,
-    /// The camera: lights go with it, as they stand in each view's light frame.
-    Camera,
-}
+use std::str::FromStr;
 
 /// How the scores of all views become one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,6 +19,16 @@ pub enum Over {
     Mean,
     /// The highest, which is the worst.
     Worst,
+}
+
+impl FromStr for Over {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let all = [Self::Mean, Self::Worst];
+        let named = all.into_iter().find(|one| one.name() == text);
+        named.ok_or_else(|| format!("'{text}' is neither {} nor {}", all[0].name(), all[1].name()))
+    }
 }
 
 impl Over {
@@ -131,23 +131,24 @@ impl<E: DerefMut<Target = dyn Evaluator>> Views<E> {
     fn each(
         &mut self,
         population: &Population,
-        stand: Stand,
+        stand: (Stand, usize),
         judge: &mut dyn FnMut(&mut dyn Evaluator, &Population) -> Result<()>,
     ) -> Result<()> {
-        let fixed = self.fixed;
         self.views.iter_mut().try_for_each(|(evaluator, change)| match *change == Change::NONE {
             true => judge(&mut **evaluator, population),
-            false => judge(&mut **evaluator, &turned(population, change, (stand, fixed))?),
+            false => judge(&mut **evaluator, &turned(population, change, stand)?),
         })
     }
 
-    /// The quality of a rig that stands in world or camera over all views, and in each of them.
+    /// The quality of a rig that stands in world or camera over all views, and in each of them. Its lights of
+    /// [`Role::Scene`], which come last, stand in the world.
     ///
     /// # Errors
     /// As [`Evaluator::qualities`].
     pub fn judge(&mut self, rig: &[Light], stand: Stand) -> Result<(Quality, Vec<Quality>)> {
+        let fixed = rig.iter().rev().take_while(|light| light.role == Role::Scene).count();
         let mut views = Vec::new();
-        self.each(&Population::of([rig])?, stand, &mut |evaluator, population| {
+        self.each(&Population::of([rig])?, (stand, fixed), &mut |evaluator, population| {
             views.append(&mut evaluator.qualities(population)?);
             Ok(())
         })?;
@@ -165,17 +166,18 @@ impl<E: DerefMut<Target = dyn Evaluator>> Evaluator for Views<E> {
         let mut of_view = std::mem::take(&mut self.scores);
         of_view.resize(scores.len(), 0.0);
         let mut first = true;
-        let judged = self.each(population, self.stand, &mut |evaluator, population| {
-            if std::mem::take(&mut first) {
-                return evaluator.evaluate(population, scores);
-            }
-            evaluator.evaluate(population, &mut of_view)?;
-            scores.iter_mut().zip(&of_view).for_each(|(score, &other)| match over {
-                Over::Mean => *score += other,
-                Over::Worst => *score = score.max(other),
+        let judged =
+            self.each(population, (self.stand, self.fixed), &mut |evaluator, population| {
+                if std::mem::take(&mut first) {
+                    return evaluator.evaluate(population, scores);
+                }
+                evaluator.evaluate(population, &mut of_view)?;
+                scores.iter_mut().zip(&of_view).for_each(|(score, &other)| match over {
+                    Over::Mean => *score += other,
+                    Over::Worst => *score = score.max(other),
+                });
+                Ok(())
             });
-            Ok(())
-        });
         self.scores = of_view;
         judged?;
         if over == Over::Mean {
@@ -186,7 +188,7 @@ impl<E: DerefMut<Target = dyn Evaluator>> Evaluator for Views<E> {
 
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {
         let mut views = Vec::new();
-        self.each(population, self.stand, &mut |evaluator, population| {
+        self.each(population, (self.stand, self.fixed), &mut |evaluator, population| {
             views.push(evaluator.qualities(population)?);
             Ok(())
         })?;

@@ -134,7 +134,9 @@ impl FromStr for Times {
             _ => return Err(fault("is neither seconds nor start:end:step in seconds")),
         };
         if times.step <= 0.0 || times.end < times.start {
-            return Err(fault("leads nowhere: the step must be above 0, and the end not before the start"));
+            return Err(fault(
+                "leads nowhere: the step must be above 0, and the end not before the start",
+            ));
         }
         match times.count() {
             count if count > MOST_VIEWS => {

@@ -16,6 +16,7 @@ use super::picture::PictureOptions;
 use super::progress::{self, Interrupt};
 use super::session::{self, Session, milliseconds};
 use super::values::Device;
+use super::views::ViewsOptions;
 use super::{describe, print};
 use crate::Error;
 use crate::design::{Progress, profile};
@@ -55,6 +56,8 @@ pub(super) struct Options {
     #[command(flatten)]
     target: TargetOptions,
     #[command(flatten)]
+    views: ViewsOptions,
+    #[command(flatten)]
     search: SearchOptions,
     #[command(flatten)]
     picture: PictureOptions,
@@ -79,7 +82,7 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.look.settings(profile::DEFAULT)?;
+        let mut settings = self.look.settings_of(profile::DEFAULT, &self.views)?;
         self.target.apply(&mut settings);
         self.search.apply(&mut settings)?;
         self.picture.apply(&mut settings);
