@@ -4,6 +4,7 @@ use super::{Seen, ViewsSettings};
 use crate::Result;
 use crate::design::{CoarseSettings, Views, coarse};
 use crate::math::frame::Frame;
+use crate::objective::shadows::ShadowSettings;
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
 use crate::session::config::Settings;
@@ -49,6 +50,7 @@ pub(in crate::session) fn evaluator(
     if let Opened::Vulkan(stored) = device {
         stored.context.share_picture_memory(views.len() as u32);
     }
+    let settings = &with_shared_shadows(settings, views.len());
     let mut casting = Casting::default();
     let mut made = Vec::with_capacity(views.len());
     for seen in views {
@@ -62,6 +64,13 @@ pub(in crate::session) fn evaluator(
         made.push(engine);
     }
     joined(made, views, settings, fixed)
+}
+
+/// The settings, with so many views sharing the memory of shadow tables.
+fn with_shared_shadows(settings: &Settings, views: usize) -> Settings {
+    let memory = (settings.shadows.memory / views as u32).max(1);
+    let shadows = ShadowSettings { memory, ..settings.shadows };
+    Settings { shadows, ..settings.clone() }
 }
 
 /// What judges small pictures of a session's views; none where the settings do without them, or nothing of the scene is
