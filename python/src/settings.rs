@@ -50,6 +50,7 @@ impl Settings {
             settings.lights.set_color(role, color).or_raise()?;
         }
         settings.check().or_raise()?;
+        settings.one_view().or_raise()?;
         settings.genome().or_raise()?;
         Ok(Self(settings))
     }

@@ -11,6 +11,7 @@ use super::print;
 use super::progress::{self, Interrupt};
 use super::session::Session;
 use super::session::gallery::{self, GENERATIONS, Gallery, SLACK, Wanted};
+use super::views::ViewsOptions;
 use crate::Error;
 use crate::design::profile;
 use crate::design::{Journal, Outcome, Progress};
@@ -27,13 +28,15 @@ use std::time::Instant;
 /// Find the best lights for a scene
 ///
 /// Writes best.png, headlight.png, report.html, lit.glb, result.json, convergence.csv and
-/// convergence.svg. Ctrl-C ends the search after the running generation and writes the best so far.
+/// convergence.svg; of several views, view-01.png and so on and turntable.png too. Ctrl-C ends the search after the running generation and writes the best so far.
 #[derive(Debug, Args)]
 pub(super) struct Options {
     #[command(flatten)]
     scene: SceneOptions,
     #[command(flatten)]
     target: TargetOptions,
+    #[command(flatten)]
+    views: ViewsOptions,
     /// Folder for the results, created where absent
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
@@ -58,10 +61,15 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.scene.settings(profile::DEFAULT)?;
+        let mut settings = self.scene.settings_of(profile::DEFAULT, &self.views)?;
         self.target.apply(&mut settings);
         self.search.apply(&mut settings)?;
         self.picture.apply(&mut settings);
+        let pictures = self.target_picture.is_some() || self.strokes.is_some();
+        if settings.has_views() && (self.alternatives.is_some() || pictures) {
+            let fault = "--alternatives, --target-picture and --strokes look at one view: they do not go with several views";
+            return Err(Error::Argument(fault.into()));
+        }
         Ok(settings)
     }
 

@@ -27,6 +27,7 @@ mod study;
 mod terms;
 mod thumbnail;
 pub mod values;
+mod views;
 
 use crate::session::{
     self, config, describe, designer, device, input, is_input, optimizer, painter, rig,

@@ -6,7 +6,8 @@ use super::intent::IntentOptions;
 use super::lights::{Intensities, LightOptions, kinds};
 use super::optimizer::OptimizerName;
 use super::profile::ProfileOptions;
-use super::values::{Device, Lights, Size, Weights};
+use super::values::{Device, Lights, Size, Times, Weights};
+use super::views::ViewsOptions;
 use crate::Result;
 use crate::design::profile::Profile;
 use crate::lighting::LightKind;
@@ -101,9 +102,15 @@ struct PoseOptions {
     /// An animation of the scene [default: the first one, at its beginning]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with = "rest")]
     animation: Option<String>,
-    /// The moment of the animation that is shown, in seconds [default: 0]
-    #[arg(long, value_name = "SECONDS", conflicts_with = "rest", allow_negative_numbers = true)]
-    time: Option<f32>,
+    /// The moment of the animation that is shown, in seconds [default: 0]. Several, such as 0:2:0.25 for every quarter of
+    /// the first two seconds, are views that 'design', 'batch' and 'score' judge a rig by together
+    #[arg(
+        long,
+        value_name = "SECONDS|START:END:STEP",
+        conflicts_with = "rest",
+        allow_hyphen_values = true
+    )]
+    time: Option<Times>,
     /// Show the scene as its nodes stand in the file, whatever its animations are
     #[arg(long)]
     rest: bool,
@@ -223,6 +230,14 @@ impl SceneOptions {
         self.look.settings(usual)
     }
 
+    /// As [`LookOptions::settings_of`].
+    ///
+    /// # Errors
+    /// The same.
+    pub fn settings_of(&self, usual: &'static Profile, views: &ViewsOptions) -> Result<Settings> {
+        self.look.settings_of(usual, views)
+    }
+
     /// The configuration file.
     pub fn config(&self) -> Option<&Path> {
         self.look.config()
@@ -247,8 +262,25 @@ impl LookOptions {
     /// profile is that of a command where nobody names one.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] when the file cannot be used.
+    /// [`crate::Error::Input`] when the file cannot be used, and [`crate::Error::Argument`] where several views are asked
+    /// for.
     pub fn settings(&self, usual: &'static Profile) -> Result<Settings> {
+        let settings = self.all_settings(usual)?;
+        settings.one_view()?;
+        Ok(settings)
+    }
+
+    /// The same of a command that knows several views.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] when the file cannot be used.
+    pub fn settings_of(&self, usual: &'static Profile, views: &ViewsOptions) -> Result<Settings> {
+        let mut settings = self.all_settings(usual)?;
+        views.apply(&mut settings);
+        Ok(settings)
+    }
+
+    fn all_settings(&self, usual: &'static Profile) -> Result<Settings> {
         let asked = self.profile.asked();
         let mut settings = match &self.config {
             Some(path) => Settings::read(path, asked, usual)?,

@@ -2,7 +2,7 @@
 
 use crate::objective::Quality;
 use crate::report::gallery::GalleryRecord;
-use crate::report::json::{Design, LightRecord, Score};
+use crate::report::json::{Design, LightRecord, Score, ViewsRecord};
 use crate::report::text::visible;
 use anstyle::Style;
 use anyhow::{Context, Result};
@@ -70,8 +70,9 @@ pub(super) fn design(design: &Design, files: &[PathBuf]) -> String {
     let (generations, evaluations) = (design.generations, design.evaluations);
     let seconds = design.timing_ms.search / 1e3;
     let own = design.scene_lights.in_words().map_or(String::new(), |words| format!("{words}\n\n"));
+    let views = design.views.as_ref().map_or(String::new(), views);
     format!(
-        "{qualities}\n\n{}\n\n{own}{generations} generations, {evaluations} evaluations in {seconds:.1} s\n{}",
+        "{qualities}\n\n{views}{}\n\n{own}{generations} generations, {evaluations} evaluations in {seconds:.1} s\n{}",
         lights(&design.lights),
         written(files)
     )
@@ -100,7 +101,23 @@ pub(super) fn gallery(gallery: &GalleryRecord, files: &[PathBuf]) -> String {
 /// A rig's quality.
 pub(super) fn score(score: &Score) -> String {
     let qualities = qualities(&[(score.rig, &score.quality)]);
-    format!("{qualities}\n\n{}\n", lights(&score.lights))
+    let views = score.views.as_ref().map_or(String::new(), views);
+    format!("{qualities}\n\n{views}{}\n", lights(&score.lights))
+}
+
+/// `F` in each of several views.
+fn views(views: &ViewsRecord) -> String {
+    let headlight = views.each.iter().all(|view| view.headlight.is_some());
+    let names: &[&str] = if headlight { &["headlight", "F"] } else { &["F"] };
+    let mut table = columns(&["view"], names);
+    for view in &views.each {
+        let headlight = view.headlight.map(|quality| quality.score);
+        let scores = headlight.into_iter().chain([view.quality.score]);
+        table.add_row(
+            [name(&view.title)].into_iter().chain(scores.map(|score| format!("{score:.4}"))),
+        );
+    }
+    format!("{table}\n\n")
 }
 
 /// `F` and its terms, a column for each rig; all have the same terms.

@@ -5,6 +5,7 @@ use super::options::{SceneOptions, TargetOptions};
 use super::print;
 use super::session::{Session, warn};
 use super::values::LightArg;
+use super::views::ViewsOptions;
 use crate::design::profile;
 use crate::lighting::presets::Preset;
 use crate::lighting::{LightKind, Rig, Role, check_number};
@@ -22,6 +23,8 @@ pub(super) struct Options {
     scene: SceneOptions,
     #[command(flatten)]
     target: TargetOptions,
+    #[command(flatten)]
+    views: ViewsOptions,
     /// A light: elevation and azimuth in degrees in the camera's frame, distance in scene radii,
     /// diffuse and specular intensity; up to 16 times
     #[arg(long = "light", value_name = "EL,AZ,R,ID,IS", allow_hyphen_values = true)]
@@ -59,7 +62,7 @@ impl From<PresetName> for Preset {
 pub(super) fn run(options: &Options) -> Result<()> {
     // None is no fault: the scene's own lights or a preset are meant then.
     check_number(options.lights.len().max(1))?;
-    let mut settings = options.scene.settings(profile::DEFAULT)?;
+    let mut settings = options.scene.settings_of(profile::DEFAULT, &options.views)?;
     options.target.apply(&mut settings);
     options.look.apply(&mut settings)?;
     if options.look.colored() && options.lights.is_empty() && options.preset.is_none() {
@@ -70,11 +73,12 @@ pub(super) fn run(options: &Options) -> Result<()> {
     let kind = options.kind.unwrap_or(settings.lights.kind);
     let mut session = Session::open(options.scene.path()?, settings)?;
     let (source, rig) = rig(options, kind, &session)?;
-    let inspection = session.evaluator.inspect(&rig)?;
+    let (quality, each) = session.evaluator.judge(&rig, session.settings.views.rig)?;
     let score = Score {
         header: session.header(Score::SCHEMA),
         objective: (&session.settings.objective).into(),
-        quality: inspection.quality(),
+        quality,
+        views: session.views_record(&each, &[]),
         rig: source,
         lights: LightRecord::rig(&rig, &session.view),
     };

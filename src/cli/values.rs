@@ -8,7 +8,7 @@ use crate::objective::{Term, Terms};
 use crate::study::landscape::Grid;
 use std::str::FromStr;
 
-pub use crate::session::values::{Device, Lights, Size};
+pub use crate::session::values::{Device, Lights, Size, Times};
 
 /// Weights of terms, each `name=value`: they are set, and all other terms stay as they are. Without names
 /// they are those of the paper's five terms in order, which alone then count.

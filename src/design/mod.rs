@@ -19,6 +19,7 @@ pub mod start;
 pub mod strokes;
 #[cfg(test)]
 mod testing;
+pub mod views;
 
 use crate::evaluate::Evaluator;
 use crate::lighting::Rig;
@@ -37,6 +38,7 @@ pub use journal::{Journal, Remembered};
 pub use like::Look;
 pub use race::{Course, race};
 pub use strokes::Strokes;
+pub use views::{Over, Views};
 
 /// How a search stands after a generation.
 #[derive(Debug, Clone, Copy, PartialEq)]

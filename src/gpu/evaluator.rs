@@ -21,6 +21,7 @@ use crate::objective::Objective;
 use crate::objective::maps::Maps;
 use crate::objective::shadows::ShadowSettings;
 use crate::scene::Scene;
+use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
 use crate::{Error, Result};
 use ash::vk;
@@ -84,6 +85,9 @@ pub struct GpuEvaluator {
     context: Arc<Context>,
 }
 
+/// Whether there are shadows, and what casts them where that is known.
+type Casting<'a> = (&'a ShadowSettings, Option<Arc<Occluders>>);
+
 /// A view, how it is shaded, and the scene where that itself is drawn.
 struct Source {
     view: View,
@@ -123,6 +127,20 @@ impl GpuEvaluator {
         settings: (Objective, Shading),
         shadows: &ShadowSettings,
     ) -> Result<Self> {
+        Self::of_scene(context, scene, view, settings, ((shadows, None), None))
+    }
+
+    /// The same with occluders that are there already, in the light frame of `view`.
+    ///
+    /// # Errors
+    /// As [`GpuEvaluator::with_shadows`].
+    pub fn with_occluders(
+        context: &Arc<Context>,
+        scene: &Scene,
+        view: &View,
+        settings: (Objective, Shading),
+        shadows: (&ShadowSettings, Option<Arc<Occluders>>),
+    ) -> Result<Self> {
         Self::of_scene(context, scene, view, settings, (shadows, None))
     }
 
@@ -132,11 +150,11 @@ impl GpuEvaluator {
         scene: &Scene,
         view: &View,
         (objective, shading): (Objective, Shading),
-        (shadows, known): (&ShadowSettings, Option<u32>),
+        (shadows, known): (Casting<'_>, Option<u32>),
     ) -> Result<Self> {
         context.check_present()?;
         if !context.needs().scene {
-            let maps = cpu::draw(scene, view, &objective, (shadows, None))?;
+            let maps = cpu::draw(scene, view, &objective, shadows)?;
             return Self::of_maps(context, maps, view, (objective, shading));
         }
         let (lights, settings) = (context.lights(), (&objective, &shading));

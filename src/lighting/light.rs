@@ -5,6 +5,7 @@ use crate::math::frame::Frame;
 use glam::{DVec4, Vec3};
 use serde::{Deserialize, Serialize};
 use std::f32::consts::FRAC_PI_4;
+use std::str::FromStr;
 
 /// What a light is for; it decides the box of values that the search may give it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -31,6 +32,37 @@ impl Role {
             Self::Fill => "fill",
             Self::Rim => "rim",
             Self::Scene => "scene",
+        }
+    }
+}
+
+/// What a rig stands in while the view changes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stand {
+    /// The world: lights stay in their places.
+    #[default]
+    World,
+    /// The camera: lights go with it, as they stand in each view's light frame.
+    Camera,
+}
+
+impl FromStr for Stand {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let all = [Self::World, Self::Camera];
+        let named = all.into_iter().find(|one| one.name() == text);
+        named.ok_or_else(|| format!("'{text}' is neither {} nor {}", all[0].name(), all[1].name()))
+    }
+}
+
+impl Stand {
+    /// Its name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::World => "world",
+            Self::Camera => "camera",
         }
     }
 }

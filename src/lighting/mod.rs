@@ -10,11 +10,13 @@ pub mod shading;
 
 pub use color::{Color, KELVIN};
 pub use kinds::LightKind;
-pub use light::{Cone, Light, Role, angles, direction};
+pub use light::{Cone, Light, Role, Stand, angles, direction};
 
 use crate::constants;
+use crate::math::frame::Change;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
 /// Lights that a rig can have at most.
 pub const MAX_LIGHTS: usize = constants::MAX_LIGHTS as usize;
@@ -64,6 +66,24 @@ impl LightRecord {
         axis: [0.0, 0.0, -1.0],
         key: 0.0,
     };
+
+    /// The same light in another light frame: it keeps its place, its direction and what it sends out in the world, so
+    /// that it lights there what it lit here.
+    #[must_use]
+    pub fn moved(&self, change: &Change) -> Self {
+        let turned = |v: [f32; 3]| (change.turn * Vec3::from(v).as_dvec3()).as_vec3().to_array();
+        let turned = Self { position: turned(self.position), axis: turned(self.axis), ..*self };
+        if self.radius2 == 0.0 {
+            return turned;
+        }
+        let scaled = |value: f32, factor: f64| (f64::from(value) * factor) as f32;
+        Self {
+            position: change.point(Vec3::from(self.position).as_dvec3()).as_vec3().to_array(),
+            radius2: scaled(self.radius2, change.scale * change.scale),
+            size: scaled(self.size, change.scale),
+            ..turned
+        }
+    }
 
     /// Whether it stands within the scene's ball, so that geometry may lie behind it too.
     pub fn is_near(&self) -> bool {

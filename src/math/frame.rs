@@ -1,7 +1,7 @@
 //! The frame that lights and surfaces are told in.
 
 use crate::{Error, Result};
-use glam::{DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 
 /// Radii of scenes, world units, whose lights' intensities can be written in single precision.
 pub const RADII: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
@@ -55,5 +55,37 @@ impl Frame {
     /// World position of a point in the light frame.
     pub fn point_to_world(&self, p: DVec3) -> DVec3 {
         self.center + self.direction_to_world(p) * self.radius
+    }
+
+    /// What leads from this light frame into another one.
+    pub fn change_to(&self, to: &Self) -> Change {
+        if self == to {
+            return Change::NONE;
+        }
+        let axes = |frame: &Self| DMat3::from_cols(frame.right, frame.up, frame.back);
+        let turn = axes(to).transpose() * axes(self);
+        let shift = axes(to).transpose() * (self.center - to.center) / to.radius;
+        Change { turn, scale: self.radius / to.radius, shift }
+    }
+}
+
+/// From one light frame into another: a point `p` of the first is `turn·p·scale + shift` in the second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// Rotation.
+    pub turn: DMat3,
+    /// Radii of the second frame that a radius of the first has.
+    pub scale: f64,
+    /// The first frame's centre in the second one.
+    pub shift: DVec3,
+}
+
+impl Change {
+    /// From a frame into itself.
+    pub const NONE: Self = Self { turn: DMat3::IDENTITY, scale: 1.0, shift: DVec3::ZERO };
+
+    /// The place of a point.
+    pub fn point(&self, p: DVec3) -> DVec3 {
+        self.turn * p * self.scale + self.shift
     }
 }

@@ -2,7 +2,7 @@
 //! ones, their terms, the lights, where they stand, and the course of the search.
 
 use super::gallery::{Thumbnail, cards};
-use super::json::Design;
+use super::json::{Design, ViewRecord};
 use super::text::visible;
 use super::{picture, plot};
 use crate::design::Progress;
@@ -25,6 +25,8 @@ pub struct Sheet<'a> {
     pub rig: &'a [Light],
     /// Pictures of rigs in the order of the page, the designed one among them.
     pub pictures: &'a [Shown],
+    /// Small pictures of each of several views.
+    pub sights: &'a [Sight],
     /// The design's alternatives.
     pub alternatives: &'a [Thumbnail<'a>],
     /// The course of the search.
@@ -52,6 +54,27 @@ pub struct Shown {
     pub burnt: f32,
     /// Share of the object that no light reaches.
     pub unlit: f32,
+}
+
+/// One of several views.
+#[derive(Debug)]
+pub struct Sight {
+    /// What it shows, for people.
+    pub title: String,
+    /// Under a headlight, a PNG file.
+    pub before: Vec<u8>,
+    /// Under the rig, a PNG file.
+    pub after: Vec<u8>,
+}
+
+/// The same on the page.
+#[derive(Serialize)]
+struct SightCard {
+    title: String,
+    before: String,
+    after: String,
+    /// Of headlight and rig.
+    scores: [Option<f32>; 2],
 }
 
 /// Intensity of the key lights of a rig to that of its fill lights at the scene's centre; `None` where it
@@ -135,6 +158,7 @@ impl Sheet<'_> {
             pictures => Serde(self.cards()),
             terms => Serde(weighed),
             others => Serde(others),
+            sights => Serde(self.sights()),
             alternatives => Serde(cards(self.alternatives, &self.design.objective)),
             plot => search,
             spots => Serde(spots),
@@ -163,6 +187,17 @@ impl Sheet<'_> {
             Some(TermRow { name, title, meaning, weight, values: values.collect::<Option<_>>()? })
         };
         quality.terms.iter().filter_map(row).collect()
+    }
+
+    fn sights(&self) -> Vec<SightCard> {
+        let records = self.design.views.iter().flat_map(|views| &views.each);
+        let card = |(sight, record): (&Sight, &ViewRecord)| SightCard {
+            title: sight.title.clone(),
+            before: picture::uri(&sight.before),
+            after: picture::uri(&sight.after),
+            scores: [record.headlight.map(|quality| quality.score), Some(record.quality.score)],
+        };
+        self.sights.iter().zip(records).map(card).collect()
     }
 
     fn cards(&self) -> Vec<PictureCard<'_>> {

@@ -2,9 +2,9 @@
 
 use super::text::visible_json;
 use crate::design::profile::Profile;
-use crate::design::{Intent, Outcome};
-use crate::evaluate::{DeviceInfo, Inspection};
-use crate::lighting::{Color, Cone, Light, LightKind, Role};
+use crate::design::{Intent, Outcome, Over};
+use crate::evaluate::DeviceInfo;
+use crate::lighting::{Color, Cone, Light, LightKind, Role, Stand};
 use crate::objective::{Example, MeanTarget, Objective, Quality, Terms};
 use crate::scene::Scene;
 use crate::scene::view::{Projection, View};
@@ -85,7 +85,8 @@ pub enum Lens {
 }
 
 impl CameraRecord {
-    fn new(view: &View) -> Self {
+    /// That of a view.
+    pub fn new(view: &View) -> Self {
         let camera = &view.camera;
         let lens = match camera.projection {
             Projection::Perspective { yfov } => Lens::Perspective { yfov_deg: yfov.to_degrees() },
@@ -289,6 +290,10 @@ pub struct Design {
     pub headlight: Quality,
     /// The best rig.
     pub lights: Vec<LightRecord>,
+    /// Of a rig for several views what these are: `F` and the terms above are those over all of them. The lights stand as in
+    /// the first one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub views: Option<ViewsRecord>,
     /// Other rigs, good and different, best first, where any were asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alternatives: Vec<Alternative>,
@@ -310,7 +315,7 @@ impl Design {
     pub fn new(
         header: Header,
         (seed, objective): (u64, &Objective),
-        (best, headlight): (&Inspection, &Inspection),
+        (quality, headlight): (Quality, Quality),
         outcome: &Outcome,
         view: &View,
     ) -> Self {
@@ -321,9 +326,10 @@ impl Design {
             focus: Vec::new(),
             strokes: false,
             objective: objective.into(),
-            quality: best.quality(),
-            headlight: headlight.quality(),
+            quality,
+            headlight,
             lights: LightRecord::rig(&outcome.rig, view),
+            views: None,
             alternatives: Vec::new(),
             scene_lights: SceneLights::default(),
             generations: outcome.history.len(),
@@ -331,6 +337,34 @@ impl Design {
             timing_ms: Timing::default(),
         }
     }
+}
+
+/// Several views.
+#[derive(Debug, Clone, Serialize)]
+pub struct ViewsRecord {
+    /// What the rig stands in.
+    pub rig: Stand,
+    /// How the scores became one.
+    pub over: Over,
+    /// The views, in order.
+    pub each: Vec<ViewRecord>,
+}
+
+/// One of several views.
+#[derive(Debug, Clone, Serialize)]
+pub struct ViewRecord {
+    /// What it shows, for people.
+    pub title: String,
+    /// The camera.
+    pub camera: CameraRecord,
+    /// The moment, seconds; none where there is one alone.
+    pub time: Option<f32>,
+    /// The rig's quality in it.
+    #[serde(flatten)]
+    pub quality: Quality,
+    /// The headlight's, which goes with the camera.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub headlight: Option<Quality>,
 }
 
 /// A rig that is as good as a design's, or nearly, and looks different.
@@ -354,6 +388,9 @@ pub struct Score {
     /// The rig's quality.
     #[serde(flatten)]
     pub quality: Quality,
+    /// The views, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub views: Option<ViewsRecord>,
     /// Where the rig is from: `scene`, `options` or a preset's name.
     pub rig: &'static str,
     /// The rig.

@@ -3,6 +3,7 @@
 //! Files of one run appear together: they are made in a [`Staging`] folder and moved to their place
 //! when all are there.
 
+pub mod animation;
 pub mod csv;
 pub mod exhibit;
 pub mod gallery;

@@ -1,7 +1,7 @@
 //! The default view: the whole scene, seen from a direction.
 
 use super::Scene;
-use super::view::{Camera, Projection, bounds};
+use super::view::{Camera, Projection, bounds, corners};
 use crate::{Error, Result};
 use glam::{DMat3, DMat4, DVec3, Vec3};
 use rayon::prelude::*;
@@ -48,10 +48,30 @@ impl Default for Framing {
 /// # Errors
 /// [`Error::Argument`] for values out of range, [`Error::Input`] for a scene without extent.
 pub fn frame(scene: &Scene, framing: &Framing, aspect: f64) -> Result<Camera> {
+    let mut cameras = around(&[scene], framing, aspect, 1)?;
+    Ok(cameras.swap_remove(0))
+}
+
+/// Cameras that all of `scenes` stay in sight of, such as the moments of one animation: `count` of them, evenly around
+/// the vertical axis through their middle, from the framing's azimuth on. Several stand at one height and distance and
+/// look at that axis, as if the scenes stood on a turntable; a single one shows them in the middle of the picture.
+///
+/// # Errors
+/// As [`frame`]; no scene at all is an [`Error::Argument`].
+pub fn around(
+    scenes: &[&Scene],
+    framing: &Framing,
+    aspect: f64,
+    count: usize,
+) -> Result<Vec<Camera>> {
     check(framing, aspect)?;
-    let (center, radius) = bounds(scene)?;
-    let (right, up, back) = axes(framing.azimuth, framing.elevation);
-    let points = Points { scene, center, camera: DMat3::from_cols(right, up, back).transpose() };
+    let (center, radius) = ball(scenes)?;
+    let turn = |step: usize| std::f64::consts::TAU * step as f64 / count as f64;
+    let sides: Vec<_> =
+        (0..count).map(|step| axes(framing.azimuth + turn(step), framing.elevation)).collect();
+    let into = |&(right, up, back): &_| DMat3::from_cols(right, up, back).transpose();
+    let cameras = sides.iter().map(into).collect();
+    let points = Points { scenes, center, cameras };
     let half = (framing.fov / 2.0).tan() * framing.fill;
     let slopes = [half * aspect, half];
     let support = points.support(slopes);
@@ -60,7 +80,7 @@ pub fn frame(scene: &Scene, framing: &Framing, aspect: f64) -> Result<Camera> {
     // No nearer than a little before the scene: one without width or height is seen from there.
     let distance = distance(0).max(distance(1)).max(high + CLOSEST * radius);
     let offset = points.offsets(slopes, distance);
-    Ok(Camera {
+    let camera = |&(right, up, back): &(DVec3, DVec3, DVec3)| Camera {
         name: NAME.into(),
         eye: center + right * offset[0] + up * offset[1] + back * distance,
         right,
@@ -70,7 +90,25 @@ pub fn frame(scene: &Scene, framing: &Framing, aspect: f64) -> Result<Camera> {
         near: 0.9 * (distance - high),
         far: Some(1.1 * (distance - low)),
         designed: None,
-    })
+    };
+    Ok(sides.iter().map(camera).collect())
+}
+
+/// Centre of the bounding box of all scenes, and the radius of the largest.
+fn ball(scenes: &[&Scene]) -> Result<(DVec3, f64)> {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (mut middle, mut reach) = (DVec3::ZERO, 0f64);
+    for scene in scenes {
+        let (center, radius) = bounds(scene)?;
+        let (l, h) = corners(scene);
+        (low, high) = (low.min(l), high.max(h));
+        (middle, reach) = (center, reach.max(radius));
+    }
+    match scenes.len() {
+        0 => Err(Error::Argument("there is no scene to look at".into())),
+        1 => Ok((middle, reach)),
+        _ => Ok(((low + high) / 2.0, reach)),
+    }
 }
 
 fn check(framing: &Framing, aspect: f64) -> Result<()> {
@@ -103,11 +141,12 @@ fn axes(azimuth: f64, elevation: f64) -> (DVec3, DVec3, DVec3) {
     (right, back.cross(right), back)
 }
 
-/// A scene's vertices in the camera's axes, about the scene's centre.
+/// Scenes' vertices in the axes of each camera, about the scenes' centre. Several cameras stand around the vertical axis
+/// through it: there each vertex stands for its mirror image too, so that the axis is in the middle.
 struct Points<'a> {
-    scene: &'a Scene,
+    scenes: &'a [&'a Scene],
     center: DVec3,
-    camera: DMat3,
+    cameras: Vec<DMat3>,
 }
 
 /// The largest `x + kz` and `−x + kz` along an axis, each with the `z` of its point.
@@ -124,6 +163,12 @@ impl Support {
     fn max(self, other: Self) -> Self {
         let greater = |i: usize| if other.0[i].0 > self.0[i].0 { other.0[i] } else { self.0[i] };
         Self([greater(0), greater(1)])
+    }
+
+    /// With the mirror images of all points.
+    fn mirrored(self) -> Self {
+        let Self([a, b]) = self;
+        self.max(Self([b, a]))
     }
 
     /// `A + B` and its derivative by `k`.
@@ -146,11 +191,10 @@ impl Points<'_> {
         add: impl Fn(T, DVec3) -> T + Sync,
         join: impl Fn(T, T) -> T + Sync,
     ) -> T {
-        let instance = |instance: &super::Instance| {
-            let mesh = &self.scene.meshes[instance.mesh as usize];
-            let matrix = DMat4::from_mat3(self.camera)
-                * DMat4::from_translation(-self.center)
-                * instance.world;
+        let instance = |scene: &Scene, instance: &super::Instance, camera: &DMat3| {
+            let mesh = &scene.meshes[instance.mesh as usize];
+            let matrix =
+                DMat4::from_mat3(*camera) * DMat4::from_translation(-self.center) * instance.world;
             let add = |sum, &index: &u32| {
                 let position = Vec3::from(mesh.vertices[index as usize].position).as_dvec3();
                 add(sum, matrix.transform_point3(position))
@@ -158,16 +202,25 @@ impl Points<'_> {
             let chunk = |indices: &[u32]| indices.iter().fold(start, add);
             mesh.indices.par_chunks(1 << 14).map(chunk).reduce(|| start, &join)
         };
-        self.scene.instances.par_iter().map(instance).reduce(|| start, &join)
+        let seen = |camera: &DMat3| {
+            let scene = |scene: &&Scene| {
+                let all = scene.instances.par_iter().map(|one| instance(scene, one, camera));
+                all.reduce(|| start, &join)
+            };
+            self.scenes.iter().map(scene).fold(start, &join)
+        };
+        self.cameras.iter().map(seen).fold(start, &join)
     }
 
     /// Support along the horizontal and the vertical axis for slopes `k`.
     fn support(&self, k: [f64; 2]) -> [Support; 2] {
-        self.fold(
+        let support = self.fold(
             [Support::NONE; 2],
             |[x, y], p| [x.with(p.x, p.z, k[0]), y.with(p.y, p.z, k[1])],
             |a, b| [a[0].max(b[0]), a[1].max(b[1])],
-        )
+        );
+        let [x, y] = support;
+        if self.cameras.len() > 1 { [x.mirrored(), y] } else { support }
     }
 
     /// The smallest and the largest `z`.
@@ -203,126 +256,4 @@ impl Points<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::{Instance, Material, Mesh, Vertex};
-    use bytemuck::Zeroable;
-    use proptest::prelude::*;
-
-    /// A scene whose triangles are the points three by three.
-    fn scene(points: &[[f32; 3]], world: DMat4) -> Scene {
-        let vertex = |&position: &[f32; 3]| Vertex { position, ..Vertex::zeroed() };
-        let mesh = Mesh {
-            vertices: points.iter().map(vertex).collect(),
-            indices: (0..points.len() as u32 / 3 * 3).collect(),
-            ..Mesh::default()
-        };
-        let instance = Instance { name: String::new(), mesh: 0, world, first_polygon: 1 };
-        Scene {
-            meshes: vec![mesh],
-            materials: vec![Material::default()],
-            instances: vec![instance],
-            ..Scene::default()
-        }
-    }
-
-    /// Smallest and largest picture coordinates, −1..1 across the picture.
-    fn projected(scene: &Scene, camera: &Camera, aspect: f64) -> [[f64; 2]; 2] {
-        let Projection::Perspective { yfov } = camera.projection else { unreachable!() };
-        let half = (yfov / 2.0).tan();
-        let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-        let mesh = &scene.meshes[0];
-        for &index in &mesh.indices {
-            let position = Vec3::from(mesh.vertices[index as usize].position).as_dvec3();
-            let p = scene.instances[0].world.transform_point3(position) - camera.eye;
-            let depth = -p.dot(camera.back);
-            assert!(depth > camera.near && depth < camera.far.unwrap_or(f64::INFINITY));
-            let at =
-                [p.dot(camera.right) / (depth * half * aspect), p.dot(camera.up) / (depth * half)];
-            for (bound, at) in bounds.iter_mut().zip(at) {
-                *bound = [bound[0].min(at), bound[1].max(at)];
-            }
-        }
-        bounds
-    }
-
-    fn assert_framed(scene: &Scene, framing: &Framing, aspect: f64) {
-        let camera = frame(scene, framing, aspect).expect("the scene has extent");
-        let limits = projected(scene, &camera, aspect);
-        let sizes = limits.map(|[low, high]| (high - low) / 2.0);
-        let largest = sizes[0].max(sizes[1]);
-        let (_, radius) = bounds(scene).expect("the scene has extent");
-        let closest = camera.near < 0.901 * CLOSEST * radius;
-        let fills = (largest - framing.fill).abs() < 1e-3;
-        assert!(fills || closest && largest < framing.fill, "{limits:?}");
-        for [low, high] in limits {
-            assert!((low + high).abs() < 1e-3, "{limits:?}");
-        }
-        let axes = DMat3::from_cols(camera.right, camera.up, camera.back);
-        assert!((axes.determinant() - 1.0).abs() < 1e-9);
-    }
-
-    proptest! {
-        #[test]
-        fn scenes_fill_the_picture_and_stand_in_its_middle(
-            points in prop::collection::vec(prop::array::uniform3(-1f32..1.0), 6..40),
-            flat in prop::option::of(0usize..3),
-            azimuth in -7.0..7.0,
-            elevation in prop_oneof![Just(-90.0), Just(90.0), -90.0..90.0],
-            fov in 1.0..150.0,
-            fill in 0.1..1.0,
-            aspect in 0.2..5.0,
-            exponent in -12i32..12,
-            shift in prop::array::uniform3(-3.0..3.0),
-        ) {
-            let mut points = points;
-            if let Some(axis) = flat {
-                points.iter_mut().for_each(|p| p[axis] = 0.25);
-            }
-            let unit = 10f64.powi(exponent);
-            let world = DMat4::from_scale(DVec3::splat(unit)) * DMat4::from_translation(shift.into());
-            let (elevation, fov) = (f64::to_radians(elevation), f64::to_radians(fov));
-            let framing = Framing { azimuth, elevation, fov, fill };
-            assert_framed(&scene(&points, world), &framing, aspect);
-        }
-    }
-
-    #[test]
-    fn azimuth_turns_to_the_right_and_elevation_up() {
-        let cube = [[-1., -1., -1.], [1., 1., 1.], [1., -1., 1.]];
-        let scene = scene(&cube, DMat4::IDENTITY);
-        let back = |azimuth: f64, elevation: f64| {
-            let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-            let framing = Framing { azimuth, elevation, ..Framing::default() };
-            frame(&scene, &framing, 1.0).expect("the scene has extent").back
-        };
-        assert!(back(0.0, 0.0).abs_diff_eq(DVec3::Z, 1e-12));
-        assert!(back(90.0, 0.0).abs_diff_eq(DVec3::X, 1e-12));
-        assert!(back(45.0, 90.0).abs_diff_eq(DVec3::Y, 1e-12));
-    }
-
-    #[test]
-    fn a_line_along_the_view_is_seen_from_before_it() {
-        let line = [[0., 0., -1.], [0., 0., 0.], [0., 0., 1.]];
-        let framing = Framing { azimuth: 0.0, elevation: 0.0, ..Framing::default() };
-        let camera = frame(&scene(&line, DMat4::IDENTITY), &framing, 1.0).expect("it has extent");
-        assert!(camera.eye.z > 1.0 && camera.near > 0.0);
-    }
-
-    #[test]
-    fn values_out_of_range_are_refused() {
-        let triangle = scene(&[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], DMat4::IDENTITY);
-        let default = Framing::default();
-        for framing in [
-            Framing { azimuth: f64::NAN, ..default },
-            Framing { elevation: 2.0, ..default },
-            Framing { fov: 0.0, ..default },
-            Framing { fov: 3.2, ..default },
-            Framing { fill: 1.1, ..default },
-        ] {
-            assert!(matches!(frame(&triangle, &framing, 1.0), Err(Error::Argument(_))));
-        }
-        assert!(frame(&triangle, &default, 0.0).is_err());
-        assert!(frame(&Scene::default(), &default, 1.0).is_err());
-    }
-}
+mod tests;

@@ -9,7 +9,7 @@ use super::framing;
 use super::lights::LightExtras;
 use super::load::LoadOptions;
 use super::view::{DesignedView, Projection, View};
-use crate::lighting::{Color, Light, Role};
+use crate::lighting::{Color, Light, Role, Stand};
 use crate::{Error, Result};
 use document::{Document, array, object};
 use glam::{DMat3, DQuat, DVec3};
@@ -53,7 +53,20 @@ pub fn write(
     rig: &[Light],
     out: &Path,
 ) -> Result<()> {
-    lit(source, options.into(), view, rig)?.write(out)
+    write_standing(source, options, (view, rig, Stand::World), out)
+}
+
+/// As [`write()`], of a rig that stands in the world or goes with the camera: there its nodes are children of the camera's.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_standing(
+    source: &Path,
+    options: impl Into<LoadOptions>,
+    (view, rig, stand): (&View, &[Light], Stand),
+    out: &Path,
+) -> Result<()> {
+    lit(source, options.into(), (view, rig, stand))?.write(out)
 }
 
 /// As [`write()`], into memory.
@@ -66,7 +79,7 @@ pub fn glb(
     view: &View,
     rig: &[Light],
 ) -> Result<Vec<u8>> {
-    lit(source, options.into(), view, rig)?.glb()
+    lit(source, options.into(), (view, rig, Stand::World))?.glb()
 }
 
 /// Writes the bytes of [`glb`] to a file: whole under its name, or not at all.
@@ -78,7 +91,11 @@ pub fn save(glb: &[u8], out: &Path) -> Result<()> {
 }
 
 /// The lit scene.
-fn lit(source: &Path, options: LoadOptions, view: &View, rig: &[Light]) -> Result<Document> {
+fn lit(
+    source: &Path,
+    options: LoadOptions,
+    (view, rig, stand): (&View, &[Light], Stand),
+) -> Result<Document> {
     let (scene_lights, rig): (Vec<Light>, Vec<Light>) =
         rig.iter().copied().partition(|light| light.role == Role::Scene);
     rig.iter().try_for_each(check)?;
@@ -89,14 +106,23 @@ fn lit(source: &Path, options: LoadOptions, view: &View, rig: &[Light]) -> Resul
     }
     document.embed_files(options.access)?;
     let scene = drawn_scene(&mut document)?;
+    let mut on_camera = Vec::new();
     for (light, name) in rig.iter().zip(names(&rig)) {
         let index = add_light(&mut document, light_json(light, view, &name))?;
-        add_node(&mut document, scene, light_node(light, view, &name, index), Vec::push)?;
+        let node = light_node((light, stand), view, &name, index);
+        match stand {
+            Stand::World => add_node(&mut document, scene, node, Vec::push)?,
+            Stand::Camera => {
+                let nodes = document.array("nodes")?;
+                on_camera.push(nodes.len());
+                nodes.push(node);
+            }
+        }
     }
     let index = cameras::add(&mut document.root, camera_json(view))
         .ok_or_else(|| document.fault("'cameras' is not an array"))?;
     let to_front = |roots: &mut Vec<Value>, node| roots.insert(0, node);
-    add_node(&mut document, scene, camera_node(view, index), to_front)?;
+    add_node(&mut document, scene, camera_node(view, index, &on_camera), to_front)?;
     Ok(document)
 }
 
@@ -211,19 +237,26 @@ fn light_json(light: &Light, view: &View, name: &str) -> Value {
     json
 }
 
-fn light_node(light: &Light, view: &View, name: &str, index: usize) -> Value {
+/// A light's node: a child of the camera's where it goes with the camera, whose axes are those of the light frame.
+fn light_node((light, stand): (&Light, Stand), view: &View, name: &str, index: usize) -> Value {
+    let frame = &view.frame;
+    let local = |v: DVec3| DVec3::new(v.dot(frame.right), v.dot(frame.up), v.dot(frame.back));
+    let (place, turned): (&dyn Fn(DVec3) -> DVec3, &dyn Fn(DVec3) -> DVec3) = match stand {
+        Stand::World => (&|world| world, &|world| world),
+        Stand::Camera => (&|world| local(world - view.camera.eye), &local),
+    };
     let (sin_el, cos_el) = f64::from(light.elevation).sin_cos();
     let (sin_az, cos_az) = f64::from(light.azimuth).sin_cos();
     let direction = DVec3::new(cos_el * sin_az, sin_el, cos_el * cos_az);
     let mut node = json!({ "name": name });
     if let Some(reach) = light.reach() {
         let position = view.frame.point_to_world(direction * f64::from(reach));
-        node["translation"] = json!(position.to_array());
+        node["translation"] = json!(place(position).to_array());
     }
     if light.kind.parallel || light.kind.cone {
         // It shines along its node's −Z axis.
         let aim = light.aim.filter(|_| light.kind.cone).map_or(-direction, |aim| aim.as_dvec3());
-        let back = view.frame.direction_to_world(-aim).normalize();
+        let back = turned(view.frame.direction_to_world(-aim)).normalize();
         node["rotation"] = json!(DQuat::from_rotation_arc(DVec3::Z, back).to_array());
     }
     let Light { role, diffuse, specular, size, .. } = *light;
@@ -274,7 +307,7 @@ fn camera_json(view: &View) -> Value {
     }
 }
 
-fn camera_node(view: &View, index: usize) -> Value {
+fn camera_node(view: &View, index: usize, children: &[usize]) -> Value {
     let camera = &view.camera;
     let axes = DMat3::from_cols(camera.right, camera.up, camera.back);
     let planes = roomy_planes(view).is_some();
@@ -283,11 +316,15 @@ fn camera_node(view: &View, index: usize) -> Value {
         near: planes.then_some(camera.near),
         far: camera.far.filter(|_| planes),
     };
-    json!({
+    let mut node = json!({
         "name": "klieg camera",
         "translation": camera.eye.to_array(),
         "rotation": DQuat::from_mat3(&axes).normalize().to_array(),
         "camera": index,
         "extras": { EXTRAS: { "camera": designed } },
-    })
+    });
+    if !children.is_empty() {
+        node["children"] = json!(children);
+    }
+    node
 }

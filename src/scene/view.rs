@@ -182,27 +182,34 @@ pub(super) fn check_size(width: u32, height: u32) -> Result<()> {
 /// [`Error::Input`] when nothing is drawn, or all of it in one point, and as [`Scene::check`].
 pub fn bounds(scene: &Scene) -> Result<(DVec3, f64)> {
     scene.check()?;
-    let vertices = || {
-        scene.instances.par_iter().flat_map(|instance| {
-            let mesh = &scene.meshes[instance.mesh as usize];
-            mesh.indices.par_iter().map(move |&index| {
-                let position = Vec3::from(mesh.vertices[index as usize].position).as_dvec3();
-                instance.world.transform_point3(position)
-            })
-        })
-    };
-    // The least and the greatest do not depend on the order.
-    let nothing = || (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (low, high) = vertices()
-        .fold(nothing, |(low, high), p| (low.min(p), high.max(p)))
-        .reduce(nothing, |a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let (low, high) = corners(scene);
     let center = (low + high) / 2.0;
-    let square = vertices().map(|p| p.distance_squared(center));
+    let square = vertices(scene).map(|p| p.distance_squared(center));
     let radius = square.fold(|| 0.0, f64::max).reduce(|| 0.0, f64::max).sqrt();
     if !(radius.is_finite() && radius > 0.0) {
         return Err(Error::input(&scene.path, "nothing to draw has any extent"));
     }
     Ok((center, radius))
+}
+
+/// Corners of the bounding box of everything drawn, world units; infinite where nothing is.
+pub(super) fn corners(scene: &Scene) -> (DVec3, DVec3) {
+    // The least and the greatest do not depend on the order.
+    let nothing = || (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    vertices(scene)
+        .fold(nothing, |(low, high), p| (low.min(p), high.max(p)))
+        .reduce(nothing, |a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// All drawn vertices in the world, each as often as triangles use it.
+fn vertices(scene: &Scene) -> impl ParallelIterator<Item = DVec3> {
+    scene.instances.par_iter().flat_map(|instance| {
+        let mesh = &scene.meshes[instance.mesh as usize];
+        mesh.indices.par_iter().map(move |&index| {
+            let position = Vec3::from(mesh.vertices[index as usize].position).as_dvec3();
+            instance.world.transform_point3(position)
+        })
+    })
 }
 
 /// Clip space from eye space (axes of the light frame, scene radii), depth reversed.

@@ -5,8 +5,9 @@ use super::input;
 use super::intent::Keep;
 use super::optimizer::OptimizerName;
 use super::profile::ProfileName;
-use super::values::{Device, Lights};
+use super::values::{Device, Lights, Times};
 pub use super::view::{CameraKey, ViewSettings};
+pub use super::views::{Cameras, ViewsSettings};
 use crate::design::profile::{self, Profile};
 use crate::design::{CoarseSettings, Intent};
 use crate::error::within;
@@ -56,6 +57,8 @@ pub struct Settings {
     pub time_limit: Option<f64>,
     /// Picture and camera.
     pub view: ViewSettings,
+    /// Several views that one rig is designed for.
+    pub views: ViewsSettings,
     /// The lights that are searched.
     pub lights: LightSettings,
     /// What light is wanted.
@@ -139,8 +142,8 @@ pub enum First {
 pub struct PoseSettings {
     /// Name or index of an animation; the first one where absent.
     pub animation: Option<String>,
-    /// Seconds from its beginning.
-    pub time: Option<f32>,
+    /// Seconds from its beginning; several moments are as many views.
+    pub time: Option<Times>,
     /// Whether no animation moves anything.
     pub rest: bool,
 }
@@ -206,6 +209,7 @@ impl Settings {
             memory: None,
             time_limit: None,
             view: ViewSettings::default(),
+            views: ViewsSettings::default(),
             lights: LightSettings {
                 roles: Lights(roles.to_vec()),
                 kind,
@@ -294,9 +298,14 @@ impl Settings {
         self.objective.background = self.picture.background.and_then(Background::luminance);
     }
 
-    /// How scenes are loaded.
+    /// How scenes are loaded: in the first of the moments, where there are several.
     pub fn loading(&self) -> LoadOptions {
-        let PoseSettings { animation, time, rest } = self.pose.clone();
+        self.loading_at(self.pose.time.map(|times| times.first()))
+    }
+
+    /// As [`Settings::loading`], in another moment.
+    pub fn loading_at(&self, time: Option<f32>) -> LoadOptions {
+        let PoseSettings { animation, rest, .. } = self.pose.clone();
         let moment = match (rest, &animation, time) {
             (true, ..) => Moment::Rest,
             (false, None, None) => Moment::Start,
@@ -328,8 +337,9 @@ impl Settings {
             return Err(Error::Argument("memory is 0 MiB: it must be 1 or more".into()));
         }
         self.view.check()?;
+        self.check_views()?;
         within("time_limit", self.time_limit.unwrap_or(1.0) as f32, f32::MIN_POSITIVE, f32::MAX)?;
-        within("time", self.pose.time.unwrap_or(0.0), 0.0, f32::MAX)?;
+        within("time", self.pose.time.map_or(0.0, |times| times.first()), 0.0, f32::MAX)?;
         self.objective.check()?;
         self.objective.check_without_target()?;
         self.check_intent()?;

@@ -1,14 +1,14 @@
 //! How a design is made, one or many: the search, and all files that it leaves behind.
 
 use super::config::{First, Settings};
-use super::focus::focused;
 use super::gallery::{self, Gallery};
-use super::{Engine, Session, evaluator_on, intent, milliseconds, strokes, warn};
-use crate::design::coarse::{self, run_coarse_first};
-use crate::design::{self, Journal, Outcome, Progress, Remembered, Strokes, start};
+use super::views::{self, small_evaluator};
+use super::{Engine, Session, intent, milliseconds, warn};
+use crate::design::coarse::run_coarse_first;
+use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
-use crate::lighting::{Light, MAX_LIGHTS, Rig, Role};
+use crate::lighting::{Light, MAX_LIGHTS, Rig, Role, Stand};
 use crate::optimize::{self, Heats, Optimizer, Record, Recorded, Setup};
 use crate::render::Picture;
 use crate::report::gallery::Thumbnail;
@@ -22,7 +22,6 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::cell::RefCell;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::time::Instant;
 
 /// The lit scene.
@@ -104,34 +103,15 @@ pub(super) fn optimizer(
     Ok(Box::new(Heats::new(searches, session.settings.coarse.settled)))
 }
 
-/// The small pictures that a search begins with, and how many generations there are in all; none where the settings do
-/// without, or the optimizer does not count generations.
-fn coarse_generations(session: &Session) -> Result<Option<(View, usize)>> {
-    let settings = &session.settings;
-    let small = settings.coarse.view(&session.scene, &session.view)?;
-    Ok(small.zip((settings.optimizer.0.generations)(&settings.optimizers())))
-}
-
-/// What measures small pictures of the view; none where nothing of the scene is seen in them.
-pub(super) fn coarse(session: &mut Session, small: &View) -> Result<Option<Engine>> {
-    let objective = coarse::objective(&session.settings.objective, &session.view, small);
-    let settings = Settings { objective, ..session.settings.clone() };
-    let shadows = session.evaluator.maps()?.shadows.as_ref();
-    let occluders = shadows.map(|shadows| Arc::clone(shadows.occluders()));
-    let seen = (&*session.scene, small);
-    let unmarked = strokes::unmarked(session, &settings)?;
-    let mut coarse = evaluator_on(&session.device, seen, &unmarked, occluders)?;
-    // What is a few pixels wide may be none there.
-    if coarse.maps()?.counts.object() == 0 {
-        return Ok(None);
-    }
-    if let Some(picture) = &session.strokes {
-        // What is a few pixels wide may be none there.
-        let Ok(strokes) = Strokes::of(picture, coarse.maps()?) else { return Ok(None) };
-        let both = (&session.device, small);
-        coarse = strokes::marked(&mut coarse, &strokes, both, &settings)?.unwrap_or(coarse);
-    }
-    Ok(focused(coarse, &session.device, seen, &settings)?)
+/// What measures the small pictures that a search begins with, and how many generations there are in all; none where the
+/// settings do without, or the optimizer does not count generations.
+fn coarse_generations(session: &mut Session) -> Result<Option<(Engine, usize)>> {
+    let small = session.settings.coarse;
+    let generations = (session.settings.optimizer.0.generations)(&session.settings.optimizers());
+    Ok(match generations {
+        Some(_) => small_evaluator(session, &small)?.zip(generations),
+        None => None,
+    })
 }
 
 /// `observe`, and the end when the time that the settings give a search is over, which began at `start`.
@@ -182,10 +162,7 @@ pub(super) fn search_from(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Outcome> {
     let start = Instant::now();
-    let coarse = match coarse_generations(session)? {
-        Some((small, generations)) => coarse(session, &small)?.map(|coarse| (coarse, generations)),
-        None => None,
-    };
+    let coarse = coarse_generations(session)?;
     let count = coarse.as_ref().map_or(1, |_| session.settings.coarse.searches);
     let mut search = optimizer(session, (genome, rig), count)?;
     if let Some(record) = record {
@@ -236,29 +213,31 @@ fn pictures(session: &mut Session, rig: &[Light]) -> Result<Vec<Shown>> {
     // With many lights that are kept there may be no room for it.
     others.retain(|(_, rig)| rig.len() <= MAX_LIGHTS);
 
-    let mut pictures = shown(session, &whole, vec![headlight, ("Designed", rig.to_vec())])?;
+    let stand = session.settings.views.rig;
+    let rigs = vec![(headlight, Stand::Camera), (("Designed", rig.to_vec()), stand)];
+    let mut pictures = shown(session, &whole, rigs)?;
     pictures[1].designed = true;
     let samples = session.settings.picture.samples;
     session.settings.picture.samples = samples.min(COMPARED_SAMPLES);
+    let others = others.into_iter().map(|other| (other, Stand::Camera)).collect();
     pictures.extend(shown(session, &small, others)?);
     session.settings.picture.samples = samples;
     Ok(pictures)
 }
 
-/// The final pictures of rigs with their names.
-fn shown(
-    session: &mut Session,
-    view: &View,
-    rigs: Vec<(&'static str, Vec<Light>)>,
-) -> Result<Vec<Shown>> {
-    let lights: Vec<_> = rigs.iter().map(|(_, rig)| rig.as_slice()).collect();
+/// A rig with its name, and what it stands in where there are several views.
+type Named = ((&'static str, Rig), Stand);
+
+/// The final pictures of rigs.
+fn shown(session: &mut Session, view: &View, rigs: Vec<Named>) -> Result<Vec<Shown>> {
+    let lights: Vec<_> = rigs.iter().map(|((_, rig), _)| rig.as_slice()).collect();
     let pictures = session.render(view, &lights)?;
-    let shown = |((title, rig), picture): ((&str, Vec<Light>), Picture)| {
+    let shown = |(((title, rig), stand), picture): (Named, Picture)| {
         Ok(Shown {
             title: title.to_owned(),
             designed: false,
             png: picture::final_png(&picture.image)?,
-            quality: session.evaluator.inspect(&rig)?.quality(),
+            quality: session.evaluator.judge(&rig, stand)?.0,
             ratio: light_ratio(&rig),
             burnt: picture.burnt,
             unlit: picture.unlit,
@@ -289,12 +268,14 @@ fn alternatives<'a>(
 /// What the device reports.
 pub fn result(session: &mut Session, outcome: &Outcome) -> Result<Design> {
     let headlight = session.with_kept(Preset::Headlight.rig());
-    let headlight = session.evaluator.inspect(&headlight)?;
-    let best = session.evaluator.inspect(&outcome.rig)?;
+    let (headlight, before) = session.evaluator.judge(&headlight, Stand::Camera)?;
+    let (best, after) = session.evaluator.judge(&outcome.rig, session.settings.views.rig)?;
+    let views = session.views_record(&after, &before);
     let header = session.header(Design::SCHEMA);
     let Settings { seed, objective, .. } = &session.settings;
     let mut design =
-        Design::new(header, (*seed, objective), (&best, &headlight), outcome, &session.view);
+        Design::new(header, (*seed, objective), (best, headlight), outcome, &session.view);
+    design.views = views;
     design.scene_lights = session.scene_lights();
     design.timing_ms = session.finish();
     design.intent = session.settings.intent;
@@ -322,20 +303,26 @@ pub fn write(
     for (name, shown) in ["headlight.png", "best.png"].into_iter().zip(&pictures) {
         staging.write(name, &shown.png)?;
     }
+    let sights = match session.views.len() {
+        1 => Vec::new(),
+        _ => views::write_pictures(session, (&outcome.rig, &pictures[1].png), staging)?,
+    };
     let alternatives = alternatives(session, &others)?;
     let sheet = Sheet {
         design: &design,
+        sights: &sights,
         alternatives: &alternatives,
         rig: &outcome.rig,
         pictures: &pictures,
         history: &outcome.history,
         settings,
-        coarse: coarse_generations(session)?.is_some(),
+        coarse: outcome.history.iter().any(|progress| progress.small),
     };
     staging.write("report.html", sheet.render()?)?;
     let lit = staging.path(LIT);
     let (source, options) = (&session.scene.path, session.settings.loading());
-    scene::lit::write(source, options, &session.view, &outcome.rig, &lit)?;
+    let standing = (&session.view, &*outcome.rig, session.settings.views.rig);
+    scene::lit::write_standing(source, options, standing, &lit)?;
     staging.write("convergence.csv", csv::convergence(&outcome.history)?)?;
     let plot = plot::convergence(&outcome.history, PLOT).map_err(|e| anyhow!("plotting: {e}"))?;
     staging.write("convergence.svg", plot)?;

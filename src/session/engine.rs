@@ -5,9 +5,11 @@ use super::device::{self, Opened};
 use super::pipelines::Stored;
 use super::values::Device;
 use crate::cpu::{self, CpuEvaluator};
-use crate::design::Focused;
+use crate::design::{Focused, Views};
 use crate::evaluate::Evaluator;
 use crate::gpu::{GpuEvaluator, PipelineKind};
+use crate::lighting::{Light, Stand};
+use crate::objective::Quality;
 use crate::objective::maps::Maps;
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
@@ -28,6 +30,8 @@ pub enum Engine {
     },
     /// Two of them, for a focus.
     Focused(Box<Focused<Engine>>),
+    /// One for each of several views.
+    Views(Box<Views<Engine>>),
 }
 
 impl Engine {
@@ -42,6 +46,19 @@ impl Engine {
             Self::Cpu(evaluator) => evaluator,
             Self::Vulkan { gpu, .. } => gpu,
             Self::Focused(both) => both,
+            Self::Views(views) => views,
+        }
+    }
+
+    /// The quality of a rig that stands in the world or goes with the camera, and where there are several views that in
+    /// each of them.
+    ///
+    /// # Errors
+    /// As [`Evaluator::inspect`].
+    pub fn judge(&mut self, rig: &[Light], stand: Stand) -> crate::Result<(Quality, Vec<Quality>)> {
+        match self {
+            Self::Views(views) => views.judge(rig, stand),
+            only => Ok((only.inspect(rig)?.quality(), Vec::new())),
         }
     }
 
@@ -51,6 +68,7 @@ impl Engine {
             Self::Cpu(_) => None,
             Self::Vulkan { gpu, .. } => Some(gpu.pipeline()),
             Self::Focused(both) => both.whole().pipeline(),
+            Self::Views(views) => views.first().pipeline(),
         }
     }
 
@@ -60,6 +78,7 @@ impl Engine {
             Self::Cpu(_) => &[],
             Self::Vulkan { gpu, .. } => gpu.timings(),
             Self::Focused(both) => both.whole().stage_times(),
+            Self::Views(views) => views.first().stage_times(),
         }
     }
 }
@@ -72,6 +91,7 @@ impl Deref for Engine {
             Self::Cpu(evaluator) => &**evaluator,
             Self::Vulkan { gpu, .. } => &**gpu,
             Self::Focused(both) => &**both,
+            Self::Views(views) => &**views,
         }
     }
 }
@@ -82,6 +102,7 @@ impl DerefMut for Engine {
             Self::Cpu(evaluator) => &mut **evaluator,
             Self::Vulkan { gpu, .. } => &mut **gpu,
             Self::Focused(both) => &mut **both,
+            Self::Views(views) => &mut **views,
         }
     }
 }
@@ -99,8 +120,7 @@ pub fn evaluator(
     evaluator_on(&device::open(device, settings)?, (scene, view), settings, None)
 }
 
-/// An evaluator on an open device; natively with the `occluders` of another view through the same camera, where
-/// there is one.
+/// An evaluator on an open device, with the `occluders` in the light frame of `view`, where they are known.
 ///
 /// # Errors
 /// What setting it up reports.
@@ -120,7 +140,8 @@ pub fn evaluator_on(
         Opened::Vulkan(stored) => {
             let (context, shadows) = (&stored.context, &settings.shadows);
             let both = (objective, shading);
-            let gpu = GpuEvaluator::with_shadows(context, scene, view, both, shadows)?;
+            let casting = (shadows, occluders);
+            let gpu = GpuEvaluator::with_occluders(context, scene, view, both, casting)?;
             Engine::vulkan(gpu, stored)
         }
     })

@@ -1,11 +1,11 @@
 //! What light is wanted, as the settings say it, and what a search makes of it.
 
 use super::Session;
-use super::config::{First, Settings};
+use super::config::{First, Settings, ViewsSettings};
 use super::values::role;
 use crate::design::{intent, start};
 use crate::lighting::genome::Genome;
-use crate::lighting::{Rig, Role};
+use crate::lighting::{Rig, Role, Stand};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
@@ -58,12 +58,17 @@ impl Display for Keep {
 text_form!(Keep);
 
 impl Settings {
-    /// The settings with what the intent makes of the objective and the boxes.
+    /// The settings with what the intent makes of the objective and the boxes. A rig that stands in the world, for several
+    /// cameras, may have its lights on all sides.
     ///
     /// # Errors
     /// As [`Intent::steer`](crate::design::Intent::steer).
     pub fn steered(&self) -> Result<Self> {
         let mut settings = self.clone();
+        let ViewsSettings { cameras, rig, .. } = &self.views;
+        if cameras.is_some() && *rig == Stand::World {
+            settings.lights.boxes.go_round(&(self.profile.0.boxes)());
+        }
         self.intent.steer(&mut settings.objective, &mut settings.lights.boxes)?;
         Ok(settings)
     }

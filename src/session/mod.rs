@@ -19,14 +19,16 @@ pub mod rig;
 mod strokes;
 pub mod values;
 mod view;
+pub mod views;
 
 pub use engine::{Engine, announce, evaluator, evaluator_on};
 pub use message::message;
 pub use view::{SIZE, view};
 
-use self::config::Settings;
+use self::config::{Settings, ViewsSettings};
 use self::device::Opened;
 use self::profile::ProfileName;
+use self::views::Seen;
 use crate::Error;
 use crate::cpu;
 use crate::design::start;
@@ -38,8 +40,9 @@ use crate::objective::shadows::{ShadowSettings, Shadows};
 use crate::render::{BACKGROUND, Picture};
 use crate::report::Inputs;
 use crate::report::exhibit::Studio;
-use crate::report::json::{Header, SceneLights, Timing};
+use crate::report::json::{CameraRecord, Header, SceneLights, Timing, ViewRecord, ViewsRecord};
 use crate::scene::load::LoadOptions;
+use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
 use crate::scene::{self, Scene, TextureLevel};
 use crate::study::Subject;
@@ -53,11 +56,13 @@ use std::time::Instant;
 
 /// A scene in view and what measures it.
 pub struct Session {
-    /// The scene.
+    /// The scene, in the moment of the first view.
     pub scene: Arc<Scene>,
-    /// The view.
+    /// The view, the first where there are several: rigs are told in its light frame.
     pub view: View,
-    /// What measures.
+    /// All views.
+    pub views: Vec<Seen>,
+    /// What measures, all views together.
     pub evaluator: Engine,
     /// Settings of the run.
     pub settings: Settings,
@@ -125,8 +130,8 @@ impl Session {
     /// # Errors
     /// Faults of the settings, the scene and the device.
     pub fn on(device: &Opened, loaded: Loaded, settings: Settings, begin: Instant) -> Result<Self> {
-        let view = view(&loaded.scene, &settings.view)?;
-        Self::of_view(device, (loaded, view), settings, begin)
+        let views = views::all(&loaded.scene, &settings)?;
+        Self::of_views(device, (views, loaded.load), settings, begin)
     }
 
     /// As [`Session::on`], of a view that is there, whatever the settings say of it.
@@ -139,12 +144,19 @@ impl Session {
         settings: Settings,
         begin: Instant,
     ) -> Result<Self> {
-        let mut evaluator = evaluator_on(device, (&scene, &view), &settings, None)?;
-        sees(&mut evaluator, &scene, &view)?;
-        note_coarse_shadows(&mut evaluator, &settings.shadows)?;
-        let evaluator = focus::focused(evaluator, device, (&scene, &view), &settings)?
-            .ok_or_else(|| focus::out_of_view(&scene, &view, &settings.focus))?;
+        Self::of_views(device, (vec![Seen::single(scene, view)], load), settings, begin)
+    }
+
+    /// Of views, one or more, of a scene that took so long to load, milliseconds.
+    fn of_views(
+        device: &Opened,
+        (views, load): (Vec<Seen>, f64),
+        settings: Settings,
+        begin: Instant,
+    ) -> Result<Self> {
+        let (scene, view) = (Arc::clone(&views[0].scene), views[0].view.clone());
         let kept = kept(&scene, &view, &settings)?;
+        let evaluator = views::evaluator(device, &views, &settings, kept.len())?;
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
         let (camera, width, height) = (&view.camera.name, view.width, view.height);
         tracing::debug!(
@@ -153,7 +165,7 @@ impl Session {
         );
         let device = device.clone();
         let strokes = None;
-        Ok(Self { scene, view, evaluator, settings, timing, kept, device, strokes, begin })
+        Ok(Self { scene, view, views, evaluator, settings, timing, kept, device, strokes, begin })
     }
 
     /// What outputs must not replace: all files of the scene, and the configuration's, if any.
@@ -186,6 +198,21 @@ impl Session {
         [rig, self.kept.clone()].concat()
     }
 
+    /// Several views with the qualities of a rig in them, and of a headlight where those are known; nothing of a single
+    /// view.
+    pub fn views_record(&self, rig: &[Quality], headlight: &[Quality]) -> Option<ViewsRecord> {
+        let record = |(at, (seen, &quality)): (usize, (&Seen, &Quality))| ViewRecord {
+            title: seen.title.clone(),
+            camera: CameraRecord::new(&seen.view),
+            time: seen.time,
+            quality,
+            headlight: headlight.get(at).copied(),
+        };
+        let each = self.views.iter().zip(rig).enumerate().map(record).collect();
+        let ViewsSettings { rig, over, .. } = self.settings.views;
+        (self.views.len() > 1).then_some(ViewsRecord { rig, over, each })
+    }
+
     /// What became of the scene's own lights.
     pub fn scene_lights(&self) -> SceneLights {
         let count = scene::lights::own(&self.scene).count();
@@ -205,6 +232,17 @@ impl Session {
         let mut rng = ChaCha8Rng::seed_from_u64(self.settings.seed);
         let maps = self.evaluator.maps()?;
         Ok(start::visible_clusters(&self.scene, &self.view, maps, k, &mut rng))
+    }
+
+    /// What casts shadows in each view, in its light frame; nothing where there are none.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn occluders(&mut self) -> crate::Result<Vec<Option<Arc<Occluders>>>> {
+        match &mut self.evaluator {
+            Engine::Views(views) => views.evaluators().map(views::occluders).collect(),
+            only => Ok(vec![views::occluders(only)?]),
+        }
     }
 
     /// The final picture of each rig in a view of this scene through this camera.
@@ -279,15 +317,15 @@ fn kept(scene: &Scene, view: &View, settings: &Settings) -> crate::Result<Rig> {
 ///
 /// # Errors
 /// [`Error::Input`] when none is: there is nothing to judge.
-fn sees(evaluator: &mut Engine, scene: &Scene, view: &View) -> Result<()> {
+fn sees(evaluator: &mut Engine, scene: &Scene, view: &View) -> crate::Result<()> {
     if evaluator.maps()?.counts.object() > 0 {
         return Ok(());
     }
-    Err(sees_nothing(scene, view).into())
+    Err(sees_nothing(scene, view))
 }
 
 /// Tells of a shadow table that has fewer directions than were asked for.
-fn note_coarse_shadows(evaluator: &mut Engine, settings: &ShadowSettings) -> Result<()> {
+fn note_coarse_shadows(evaluator: &mut Engine, settings: &ShadowSettings) -> crate::Result<()> {
     let asked = settings.side;
     let side = evaluator.maps()?.shadows.as_ref().map_or(asked, Shadows::side);
     if side < asked {

@@ -2,7 +2,7 @@
 
 use super::config::Settings;
 use crate::Result;
-use crate::lighting::{Light, Population};
+use crate::lighting::{Light, LightRecord, Population};
 use crate::render::{self, Picture, Stage};
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
@@ -28,6 +28,19 @@ pub fn draw(
 ) -> Result<Vec<Picture>> {
     let rigs = rigs.iter().map(|rig| Population::of([*rig])).collect::<Result<Vec<_>>>()?;
     let records: Vec<_> = rigs.iter().map(Population::records).collect();
+    draw_records((scene, view), occluders, settings, &records)
+}
+
+/// The same of rigs as evaluators read them.
+///
+/// # Errors
+/// As [`render::draw`].
+pub fn draw_records(
+    (scene, view): (&Scene, &View),
+    occluders: Option<&Occluders>,
+    settings: &Settings,
+    records: &[&[LightRecord]],
+) -> Result<Vec<Picture>> {
     let stage = Stage { scene, view, shading: &settings.shading, occluders };
-    render::draw_each(&stage, &records, &settings.picture)
+    render::draw_each(&stage, records, &settings.picture)
 }

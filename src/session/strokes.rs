@@ -62,7 +62,7 @@ pub(super) fn marked(
     strokes: &Strokes,
     (device, view): (&Opened, &View),
     settings: &Settings,
-) -> Result<Option<Engine>> {
+) -> Checked<Option<Engine>> {
     let maps = evaluator.maps()?;
     let Some(target) = strokes.target(maps.types.len()) else { return Ok(None) };
     let mut maps = maps.clone();

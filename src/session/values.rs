@@ -75,6 +75,105 @@ impl Display for Device {
 
 text_form!(Size, Device);
 
+/// Most views that one rig is designed for.
+pub const MOST_VIEWS: usize = 64;
+
+/// A moment of an animation, seconds, or several: `start:end:step`, the end included.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "TimesForm", into = "TimesForm")]
+pub struct Times {
+    start: f32,
+    end: f32,
+    step: f32,
+}
+
+/// How a configuration file writes [`Times`].
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "times are seconds, or \"start:end:step\"")]
+enum TimesForm {
+    One(f32),
+    Several(String),
+}
+
+impl Times {
+    /// All of them; never none.
+    pub fn all(&self) -> Vec<f32> {
+        let at = |number| (f64::from(self.start) + number as f64 * f64::from(self.step)) as f32;
+        (0..self.count()).map(at).collect()
+    }
+
+    /// The first of them.
+    pub fn first(&self) -> f32 {
+        self.start
+    }
+
+    fn count(&self) -> usize {
+        let Self { start, end, step } = self;
+        // Steps in decimal fractions reach the end but for rounding.
+        let steps = f64::from(end - start) / f64::from(*step);
+        if *step > 0.0 { (steps + 1e-4) as usize + 1 } else { 1 }
+    }
+}
+
+impl From<f32> for Times {
+    fn from(time: f32) -> Self {
+        Self { start: time, end: time, step: 0.0 }
+    }
+}
+
+impl FromStr for Times {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let fault = |fault: &str| format!("'{text}' {fault}");
+        let number = |text: &str| text.trim().parse::<f32>().ok().filter(|time| time.is_finite());
+        let parts: Option<Vec<f32>> = text.split(':').map(number).collect();
+        let times = match parts.as_deref() {
+            Some(&[time]) => return Ok(time.into()),
+            Some(&[start, end, step]) => Self { start, end, step },
+            _ => return Err(fault("is neither seconds nor start:end:step in seconds")),
+        };
+        if times.step <= 0.0 || times.end < times.start {
+            return Err(fault(
+                "leads nowhere: the step must be above 0, and the end not before the start",
+            ));
+        }
+        match times.count() {
+            count if count > MOST_VIEWS => {
+                Err(fault(&format!("has {count} moments: there may be {MOST_VIEWS} at most")))
+            }
+            _ => Ok(times),
+        }
+    }
+}
+
+impl Display for Times {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { start, end, step } = self;
+        if *step > 0.0 { write!(f, "{start}:{end}:{step}") } else { write!(f, "{start}") }
+    }
+}
+
+impl TryFrom<TimesForm> for Times {
+    type Error = String;
+
+    fn try_from(form: TimesForm) -> Result<Self, String> {
+        match form {
+            TimesForm::One(time) => Ok(time.into()),
+            TimesForm::Several(text) => text.parse(),
+        }
+    }
+}
+
+impl From<Times> for TimesForm {
+    fn from(times: Times) -> Self {
+        match times.step > 0.0 {
+            true => Self::Several(times.to_string()),
+            false => Self::One(times.start),
+        }
+    }
+}
+
 /// The lights of a rig: a number of them, or their roles.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "LightsForm", into = "Vec<Role>")]
@@ -169,6 +268,21 @@ mod tests {
     fn sizes() {
         assert_eq!("640x360".parse(), Ok(Size([640, 360])));
         refused::<Size>(&["", "0x1", "1x16385", "-1x5", "512", "1x2x3", "axb"]);
+    }
+
+    #[test]
+    fn times_are_one_or_several() {
+        let all = |text: &str| text.parse::<Times>().unwrap().all();
+        assert_eq!(all("0.5"), [0.5]);
+        assert_eq!(all("0:2:0.25"), [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0]);
+        assert_eq!(all("0:0.3:0.1"), [0.0, 0.1, 0.2, 0.3]);
+        assert_eq!((all("1:2:0.6"), all("1:1:1")), (vec![1.0, 1.6], vec![1.0]));
+        refused::<Times>(&["", "a", "0:1", "0:1:0", "0:1:-1", "2:1:1", "0:inf:1", "0:1:1:1"]);
+        refused::<Times>(&["0:65:1", "0:1:1e-30"]);
+        assert_eq!(all("0:63:1").len(), MOST_VIEWS);
+        for text in ["0:2:0.25", "1.5"] {
+            assert_eq!(text.parse::<Times>().unwrap().to_string(), text);
+        }
     }
 
     #[test]

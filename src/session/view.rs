@@ -94,19 +94,32 @@ impl CameraKey {
 /// # Errors
 /// Faults of the settings and of the scene.
 pub fn view(scene: &Scene, settings: &ViewSettings) -> Result<View> {
-    let chosen = match &settings.camera {
-        Some(key) => Some(scene::camera::choose(scene, &key.text())?),
-        None if settings.framed() => None,
-        None => written_or_first(scene).cloned(),
-    };
-    let stored = || chosen.as_ref().and_then(|camera| camera.designed).map(|view| view.size);
-    let size = settings.size.or_else(|| stored().map(bounded));
-    let Size([width, height]) = size.unwrap_or(SIZE);
+    let chosen = chosen(scene, settings)?;
+    let Size([width, height]) = size(settings, chosen.as_ref());
     let camera = match chosen {
         Some(camera) => camera,
         None => frame(scene, &framing(settings), f64::from(width) / f64::from(height))?,
     };
     View::new(scene, camera, width, height)
+}
+
+/// The camera of the file that the settings ask for; none where they ask for the framing, or there is none.
+///
+/// # Errors
+/// As [`scene::camera::choose`].
+pub(super) fn chosen(scene: &Scene, settings: &ViewSettings) -> Result<Option<Camera>> {
+    Ok(match &settings.camera {
+        Some(key) => Some(scene::camera::choose(scene, &key.text())?),
+        None if settings.framed() => None,
+        None => written_or_first(scene).cloned(),
+    })
+}
+
+/// The size of a picture through `camera`.
+pub(super) fn size(settings: &ViewSettings, camera: Option<&Camera>) -> Size {
+    let stored = || camera.and_then(|camera| camera.designed).map(|view| view.size);
+    let size = settings.size.or_else(|| stored().map(bounded));
+    size.unwrap_or(SIZE)
 }
 
 /// Most pixels of a size that a scene asks for itself.
@@ -133,7 +146,8 @@ fn written_or_first(scene: &Scene) -> Option<&Camera> {
     written.or(scene.cameras.first())
 }
 
-fn framing(settings: &ViewSettings) -> Framing {
+/// The framing that the settings ask for.
+pub(super) fn framing(settings: &ViewSettings) -> Framing {
     let default = Framing::default();
     let radians = |degrees: Option<f64>, other: f64| degrees.map_or(other, f64::to_radians);
     Framing {

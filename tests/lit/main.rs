@@ -3,6 +3,7 @@
 mod files;
 mod fixtures;
 mod own;
+mod standing;
 mod validator;
 
 use fixtures::{glb, parse_glb, png, positions, rig, scene, triangle, views, write, write_all};

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the rows of pictures of docs/INTENT.md: one design a picture, side by side, and a gallery. Needs Pillow.
+"""Makes the rows of pictures of docs/INTENT.md: one design a picture, side by side, a gallery and a turntable. Needs Pillow.
 
     tools/intent/rows.py KLIEG [OUT]
 
@@ -48,6 +48,22 @@ def gallery(klieg: str, out: Path, folder: Path) -> None:
     sheet.save(out / "gallery.jpg", quality=88)
 
 
+def turntable(klieg: str, out: Path, folder: Path) -> None:
+    """Every other view of a turntable: under a headlight above, under one rig that stands still below."""
+    file = ROOT / "scenes" / "elephant.glb"
+    options = ["--views", "8", "--lights", "key,fill,fill"]
+    subprocess.run([klieg, "design", file, "--out", folder, *COMMON, *options], check=True, stdout=subprocess.DEVNULL)
+    with Image.open(folder / "turntable.png") as frames:
+        step = frames.n_frames // 4
+        strip = Image.new("RGB", (4 * 160, 2 * 160), BACKGROUND)
+        for at in range(4):
+            frames.seek(at * step)
+            both = frames.convert("RGB")
+            strip.paste(both.crop((0, 0, 160, 160)), (160 * at, 0))
+            strip.paste(both.crop((both.width - 160, 0, both.width, 160)), (160 * at, 160))
+    strip.save(out / "views.jpg", quality=88)
+
+
 def main() -> None:
     """Makes all rows."""
     klieg, *rest = sys.argv[1:]
@@ -67,6 +83,7 @@ def main() -> None:
                 left += picture.width
             row.save(out / f"{name}.jpg", quality=88)
         gallery(klieg, out, Path(place, "gallery"))
+        turntable(klieg, out, Path(place, "views"))
 
 
 if __name__ == "__main__":

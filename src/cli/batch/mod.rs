@@ -15,6 +15,7 @@ use super::options::{LookOptions, SearchOptions, TargetOptions};
 use super::picture::PictureOptions;
 use super::progress::{self, Interrupt};
 use super::session::milliseconds;
+use super::views::ViewsOptions;
 use super::{describe, print};
 use crate::Error;
 use crate::design::profile;
@@ -51,6 +52,8 @@ pub(super) struct Options {
     #[command(flatten)]
     target: TargetOptions,
     #[command(flatten)]
+    views: ViewsOptions,
+    #[command(flatten)]
     search: SearchOptions,
     #[command(flatten)]
     picture: PictureOptions,
@@ -75,7 +78,7 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.look.settings(profile::DEFAULT)?;
+        let mut settings = self.look.settings_of(profile::DEFAULT, &self.views)?;
         self.target.apply(&mut settings);
         self.search.apply(&mut settings)?;
         self.picture.apply(&mut settings);

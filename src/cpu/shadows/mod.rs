@@ -297,6 +297,31 @@ mod tests {
     }
 
     #[test]
+    fn occluders_of_one_view_serve_another_when_they_are_turned() {
+        for scene in [boxes(), hills()] {
+            let (first, _, occluders) = seen(&scene, 61);
+            let framing = Framing { azimuth: 1.9, elevation: 0.2, ..Framing::default() };
+            let view = View::new(&scene, frame(&scene, &framing, 1.0).unwrap(), 61, 61).unwrap();
+            let surface = visibility::draw(&scene, &view);
+            let own = Arc::new(Occluders::new(&scene, &view).unwrap());
+            let turned = occluders.turned(first.frame.change_to(&view.frame).turn);
+            assert_eq!(
+                (turned.triangles.len(), turned.nodes.len()),
+                (own.triangles.len(), occluders.nodes.len())
+            );
+            let fast = table(&surface, Arc::new(turned), &settings(31));
+            let expected = table(&surface, own, &settings(31));
+            let differ =
+                std::iter::zip(fast.blocks(), expected.blocks()).map(|(a, b)| (a ^ b).count_ones());
+            let (differ, all) = (differ.sum::<u32>(), 32 * expected.blocks().len());
+            // Rounding moves what just touches an edge.
+            assert!((differ as usize) < all / 5000, "{differ} of {all}");
+            let unturned = table(&surface, occluders, &settings(31));
+            assert!(unturned != expected);
+        }
+    }
+
+    #[test]
     fn wide_nodes_have_every_leaf_once() {
         for scene in [boxes(), hills()] {
             let (_, _, occluders) = seen(&scene, 16);

@@ -61,7 +61,7 @@ fn plan(
     shadows: &ShadowSettings,
     (individuals, lights): (u32, usize),
 ) -> Result<MemoryPlan> {
-    let of_scene = (shadows, Some(cpu::objects(scene, view)?));
+    let of_scene = ((shadows, None), Some(cpu::objects(scene, view)?));
     let mut evaluator = GpuEvaluator::of_scene(context, scene, view, settings, of_scene)?;
     let before = context.memory_use().total();
     evaluator.reserve(individuals, lights)?;

@@ -41,7 +41,7 @@ pub struct Drawn {
 }
 
 /// Draws the scene and makes the maps, ready for a generation; with `shadows` that are on, the shadow table
-/// too. The scene itself need not stay on the device.
+/// too, of the occluders in the view's light frame, which are found here where none are given. The scene itself need not stay on the device.
 ///
 /// # Errors
 /// [`crate::Error::Argument`] for a picture larger than the device can draw, as [`View::check`] and as
@@ -55,14 +55,15 @@ pub fn draw(
     view: &View,
     (objective, shading): (&Objective, &Shading),
     lights: Lights,
-    shadows: Option<&ShadowSettings>,
+    shadows: Option<(&ShadowSettings, Option<Arc<Occluders>>)>,
 ) -> Result<(ViewMemory, Drawn, Drawable)> {
     context.check_present()?;
     context.check_needs(context.needs().scene, "drawing scenes")?;
-    let occluders = match shadows.filter(|shadows| shadows.on) {
-        Some(settings) => {
+    let occluders = match shadows.filter(|(settings, _)| settings.on) {
+        Some((settings, known)) => {
             let side = shadows::side(context, [view.width, view.height], settings)?;
-            Some((Arc::new(Occluders::new(scene, view)?), side))
+            let made = || Occluders::new(scene, view).map(Arc::new);
+            Some((known.map_or_else(made, Ok)?, side))
         }
         None => None,
     };

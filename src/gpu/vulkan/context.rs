@@ -15,7 +15,7 @@ use crate::gpu::vulkan::Call;
 use crate::{Error, Result};
 use ash::{ext, vk};
 use std::mem::ManuallyDrop;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// How a [`Context`] on a device of its own is made.
@@ -94,6 +94,8 @@ pub struct Context {
     physical: vk::PhysicalDevice,
     needs: Needs,
     picture_memory: u64,
+    /// Evaluators that share it.
+    sharing: AtomicU32,
     any_lights: bool,
     pipeline: Option<PipelineKind>,
     shape: ComputeShape,
@@ -254,6 +256,7 @@ impl Context {
             physical,
             needs,
             picture_memory,
+            sharing: AtomicU32::new(1),
             pipeline: tuning.pipeline,
             any_lights: tuning.any_lights,
             shape,
@@ -378,9 +381,15 @@ impl Context {
         if self.any_lights { Lights::Any } else { Lights::Plain }
     }
 
+    /// Lets so many evaluators share the memory for the pictures of populations: those that make theirs from now on take
+    /// a part each.
+    pub fn share_picture_memory(&self, evaluators: u32) {
+        self.sharing.store(evaluators.max(1), Ordering::Relaxed);
+    }
+
     /// Bytes for the pictures of a population.
     pub(in crate::gpu) fn picture_memory(&self) -> u64 {
-        self.picture_memory
+        self.picture_memory / u64::from(self.sharing.load(Ordering::Relaxed))
     }
 
     /// How evaluators make the pictures, where that is given.

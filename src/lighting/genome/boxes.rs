@@ -107,6 +107,22 @@ impl Boxes {
         }
     }
 
+    /// Lets lights stand on all sides: azimuths that are those of the boxes `usual` go all the way round, but keep what
+    /// separates a light from its key.
+    pub fn go_round(&mut self, usual: &Self) {
+        let usual = [usual.key, usual.fill, usual.rim];
+        for (space, usual) in self.all_mut().into_iter().zip(usual) {
+            let Range { low, high } = space.azimuth;
+            if space.azimuth == usual.azimuth {
+                let middle = 0.5 * (low + high);
+                space.azimuth = match space.azimuth_from_key {
+                    true => Range::new(low, 360.0 - low),
+                    false => Range::new(middle - 180.0, middle + 180.0),
+                };
+            }
+        }
+    }
+
     /// All of them.
     pub fn all_mut(&mut self) -> [&mut RoleBox; 3] {
         [&mut self.key, &mut self.fill, &mut self.rim]

@@ -28,7 +28,10 @@ pub fn strip(root: &mut Object) {
         node.shift_remove("camera");
         remove_within(node, &["extensions", EXTENSION]);
         remove_within(node, &["extras", EXTRAS]);
-        if !node.contains_key("children") && !pinned.contains(&index) {
+        // Lights that go with klieg's camera are its children, and stand before it.
+        let children = node.get("children").and_then(Value::as_array).into_iter().flatten();
+        let alone = children.filter_map(index_of).all(|child| gone.contains(&child));
+        if alone && !pinned.contains(&index) {
             gone.insert(index);
         }
     }

@@ -84,6 +84,31 @@ fn flatten(tree: &Bvh2) -> (Vec<Node>, Vec<u32>) {
     (nodes, order)
 }
 
+/// The nodes with the boxes of `triangles` in the place of those that the tree was built of.
+pub fn fitted(nodes: &[Node], triangles: &[Triangle]) -> Vec<Node> {
+    let mut fitted = nodes.to_vec();
+    // What is below a node stands behind it: its two children are the next node and the one after all below that.
+    for at in (0..nodes.len()).rev() {
+        let node = nodes[at];
+        let bounds = match node.range() {
+            range if !range.is_empty() => {
+                triangles[range].iter().fold(Aabb::empty(), |all, one| all.union(&one.aabb()))
+            }
+            _ => {
+                let children = [at + 1, nodes[at + 1].skip as usize];
+                let bounds = children.map(|child| {
+                    let Node { low, high, .. } = fitted[child];
+                    Aabb::new(low.into(), high.into())
+                });
+                bounds[0].union(&bounds[1])
+            }
+        };
+        let (low, high) = (bounds.min.to_array(), bounds.max.to_array());
+        fitted[at] = Node { low, high, ..node };
+    }
+    fitted
+}
+
 /// The triangles' numbers along a Z-order curve (Morton 1966) of their boxes' centres, those that lie on each
 /// other side by side.
 fn sorted(triangles: &[Triangle]) -> Vec<u32> {

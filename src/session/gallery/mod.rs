@@ -4,7 +4,8 @@
 mod judge;
 mod write;
 
-use super::designer::{bound, coarse, first_rig, search_from, within_time};
+use super::designer::{bound, first_rig, search_from, within_time};
+use super::views::small_evaluator;
 use super::{Session, milliseconds};
 use crate::design::dispersion::{Candidate, Dispersion, near};
 use crate::design::gallery::{Picture, farthest, polished, positions};
@@ -203,10 +204,7 @@ pub fn disperse(
     let mut watch = within_time(session, origin.begin, observe);
     let eye = Eye::new(session)?;
     let small = CoarseSettings { side: JUDGED, ..CoarseSettings::NONE };
-    let mut small = match small.view(&session.scene, &session.view)? {
-        Some(view) => coarse(session, &view)?,
-        None => None,
-    };
+    let mut small = small_evaluator(session, &small)?;
     let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
     rng.set_stream(STREAM);
     let evaluator = small.as_mut().unwrap_or(&mut session.evaluator);

@@ -1,0 +1,131 @@
+//! Evaluators of several views, which share a device and, of one scene, what casts shadows.
+
+use super::{Seen, ViewsSettings};
+use crate::Result;
+use crate::design::{CoarseSettings, Strokes, Views, coarse};
+use crate::math::frame::Frame;
+use crate::objective::shadows::ShadowSettings;
+use crate::scene::Scene;
+use crate::scene::occluders::Occluders;
+use crate::session::config::Settings;
+use crate::session::device::Opened;
+use crate::session::{Engine, Session, evaluator_on, focus, note_coarse_shadows, sees, strokes};
+use std::sync::Arc;
+
+/// Occluders of one view, to be turned for others of the same scene.
+#[derive(Default)]
+pub(super) struct Casting(Option<(Arc<Scene>, Frame, Arc<Occluders>)>);
+
+impl Casting {
+    /// Those of another view, where this is of the same scene.
+    pub fn turned(&self, seen: &Seen) -> Option<Arc<Occluders>> {
+        let (scene, frame, occluders) = self.0.as_ref()?;
+        let to = &seen.view.frame;
+        Arc::ptr_eq(scene, &seen.scene).then(|| match frame == to {
+            true => Arc::clone(occluders),
+            false => Arc::new(occluders.turned(frame.change_to(to).turn)),
+        })
+    }
+
+    /// Keeps those of a view, unless there are some of the same scene.
+    pub fn keep(&mut self, seen: &Seen, occluders: Option<Arc<Occluders>>) {
+        if self.0.as_ref().is_none_or(|(scene, ..)| !Arc::ptr_eq(scene, &seen.scene)) {
+            let Seen { scene, view, .. } = seen;
+            self.0 = occluders.map(|occluders| (Arc::clone(scene), view.frame, occluders));
+        }
+    }
+}
+
+/// What judges the views together, the last `fixed` lights of a rig standing in the world in any case: the one view's
+/// evaluator where there is no other.
+///
+/// # Errors
+/// [`Error::Input`] for a view that shows nothing, and what the device reports.
+pub(in crate::session) fn evaluator(
+    device: &Opened,
+    views: &[Seen],
+    settings: &Settings,
+    fixed: usize,
+) -> Result<Engine> {
+    if let Opened::Vulkan(stored) = device {
+        stored.context.share_picture_memory(views.len() as u32);
+    }
+    let settings = &with_shared_shadows(settings, views.len());
+    let mut casting = Casting::default();
+    let mut made = Vec::with_capacity(views.len());
+    for seen in views {
+        let Seen { scene, view, .. } = seen;
+        let mut engine = evaluator_on(device, (scene, view), settings, casting.turned(seen))?;
+        sees(&mut engine, scene, view)?;
+        note_coarse_shadows(&mut engine, &settings.shadows)?;
+        casting.keep(seen, occluders(&mut engine)?);
+        let engine = focus::focused(engine, device, (scene, view), settings)?
+            .ok_or_else(|| focus::out_of_view(scene, view, &settings.focus))?;
+        made.push(engine);
+    }
+    joined(made, views, settings, fixed)
+}
+
+/// The settings, with so many views sharing the memory of shadow tables.
+fn with_shared_shadows(settings: &Settings, views: usize) -> Settings {
+    let memory = (settings.shadows.memory / views as u32).max(1);
+    let shadows = ShadowSettings { memory, ..settings.shadows };
+    Settings { shadows, ..settings.clone() }
+}
+
+/// What judges small pictures of a session's views; none where the settings do without them, or nothing of the scene is
+/// seen in one.
+pub(in crate::session) fn small_evaluator(
+    session: &mut Session,
+    small: &CoarseSettings,
+) -> Result<Option<Engine>> {
+    let mut occluders = session.occluders()?.into_iter();
+    let mut made = Vec::with_capacity(session.views.len());
+    for Seen { scene, view, .. } in &session.views {
+        let Some(small) = small.view(scene, view)? else { return Ok(None) };
+        let objective = coarse::objective(&session.settings.objective, view, &small);
+        let settings = Settings { objective, ..session.settings.clone() };
+        let (seen, occluders) = ((&**scene, &small), occluders.next().flatten());
+        let unmarked = strokes::unmarked(session, &settings)?;
+        let mut engine = evaluator_on(&session.device, seen, &unmarked, occluders)?;
+        // What is a few pixels wide may be none there.
+        if engine.maps()?.counts.object() == 0 {
+            return Ok(None);
+        }
+        if let Some(picture) = &session.strokes {
+            // Nor may strokes be.
+            let Ok(strokes) = Strokes::of(picture, engine.maps()?) else { return Ok(None) };
+            let both = (&session.device, &small);
+            engine = strokes::marked(&mut engine, &strokes, both, &settings)?.unwrap_or(engine);
+        }
+        match focus::focused(engine, &session.device, seen, &settings)? {
+            Some(engine) => made.push(engine),
+            None => return Ok(None),
+        }
+    }
+    joined(made, &session.views, &session.settings, session.kept.len()).map(Some)
+}
+
+/// What casts shadows in an evaluator's view, in its light frame; nothing where there are none.
+///
+/// # Errors
+/// What the device reports.
+pub(in crate::session) fn occluders(engine: &mut Engine) -> Result<Option<Arc<Occluders>>> {
+    let shadows = engine.maps()?.shadows.as_ref();
+    Ok(shadows.map(|shadows| Arc::clone(shadows.occluders())))
+}
+
+/// One evaluator of those of all views.
+fn joined(
+    mut made: Vec<Engine>,
+    views: &[Seen],
+    settings: &Settings,
+    fixed: usize,
+) -> Result<Engine> {
+    if made.len() == 1 {
+        return Ok(made.swap_remove(0));
+    }
+    let ViewsSettings { rig, over, .. } = settings.views;
+    let framed = made.into_iter().zip(views.iter().map(|seen| seen.view.frame)).collect();
+    Ok(Engine::Views(Box::new(Views::new(framed, rig, over, fixed)?)))
+}
