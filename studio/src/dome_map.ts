@@ -3,7 +3,7 @@ import type { Mapped } from "./messages";
 
 const LEVELS = 10;
 /** Strength of the lines of equal F. */
-const LINE = 0.32;
+const LINE = 0.4;
 
 type Rgb = [number, number, number];
 

@@ -28,6 +28,8 @@ export const judged = { main: signal<Judged | null>(null), other: signal<Judged 
 export const otherLights = signal<Light[] | null>(null);
 /** Width of the picture on the screen, device pixels. */
 export const shownWidth = signal(0);
+/** Whether the final picture of the document stands. */
+export const standing = signal(false);
 /** Pictures of the last second. */
 export const rate = signal(0);
 
@@ -79,11 +81,13 @@ function drawAnew() {
   flight = null;
   asked.clear();
   for (const side of SIDES) wanted[side].drawn = wanted[side].rested = null;
+  standing.value = false;
   pump();
 }
 
 function redrawFinal() {
   for (const side of SIDES) wanted[side].rested = null;
+  standing.value = false;
   pump();
 }
 
@@ -92,6 +96,7 @@ function want(side: Side, document: Document | null) {
   if (same(state.document, document)) return;
   state.document = document;
   state.changed = performance.now();
+  standing.value = false;
   if (!document) pictures[side].value = judged[side].value = null;
   pump();
 }
@@ -150,7 +155,9 @@ export function drawn({ id, image, quality, milliseconds }: Picture) {
   draw.moved = 0;
   count();
   if (flight?.id !== id || (flight.atRest && quality < FINAL)) return;
+  const { atRest } = flight;
   flight = null;
+  standing.value = atRest && SIDES.every((side) => wanted[side].document === wanted[side].rested);
   pump();
 }
 

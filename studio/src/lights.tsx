@@ -150,9 +150,9 @@ function Row({ light, index }: { light: Light; index: number }) {
   return (
     <li class={isChosen ? "light chosen" : "light"}>
       <div class="light-row">
-        <button type="button" class="light-name" aria-expanded={isChosen} aria-label={name} onClick={() => choose(index)}>
-          <i class="mark" style={{ "--light": hexOf(light.color) }}>{index + 1}</i>
-          <span>{roleTitle(light.role)}</span>
+        <button type="button" class="light-name" aria-expanded={isChosen} onClick={() => choose(index)}>
+          <i class="mark" style={{ "--light": hexOf(light.color) }} aria-hidden="true">{index + 1}</i>
+          <span>{roleTitle(light.role)}<span class="hidden"> light {index + 1}</span></span>
         </button>
         <Value bare index={index} label={`Intensity of ${name}`} value={intensityOf(light)} least={0} most={MOST.intensity} step={0.05} set={withIntensity} />
         <IconButton icon={light.locked ? "lock" : "unlock"} label={`Lock ${name}: searches leave it as it is`} pressed={light.locked} class="quiet" onClick={() => lock(index)} />

@@ -29,6 +29,8 @@ function Curve({ points }: { points: Point[] }) {
   );
 }
 
+const counted = (count: number, what: string) => `${count.toLocaleString("en")} ${what}${count === 1 ? "" : "s"}`;
+
 const WORDS = { idle: "ready", running: "running", paused: "paused", finished: "finished" };
 
 export function Search() {
@@ -52,9 +54,9 @@ export function Search() {
           class={running ? "" : "primary"}
           onClick={running ? pause : start}
         />
-        <IconButton icon="step" label="One generation" text="Step" disabled={running} onClick={step} />
+        <IconButton icon="step" label="Step one generation" text="Step" disabled={running} onClick={step} />
         <IconButton icon="stop" label="End the search" disabled={now === "idle" || now === "finished"} onClick={stop} />
-        {answer && <span class="soft right">{answer.generation} generations, {answer.evaluations.toLocaleString("en")} rigs</span>}
+        {answer && <span class="soft right">{counted(answer.generation, "generation")}, {counted(answer.evaluations, "rig")}</span>}
       </div>
     </section>
   );

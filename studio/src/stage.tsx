@@ -3,10 +3,10 @@ import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { compared, manner, wiper } from "./comparing";
 import { doc, opened } from "./document";
-import { judged, pictures, rate, shownWidth } from "./drawing";
+import { judged, pictures, rate, shownWidth, standing } from "./drawing";
 import { clamp } from "./math";
 import { Canvas, Picture } from "./picture";
-import { StageBar } from "./stage_bar";
+import { StageBar, ViewBar } from "./stage_bar";
 
 const GAP = 12;
 
@@ -106,11 +106,13 @@ function Status() {
   const quality = ["coarse", "full", "final, anti-aliased"][shown?.quality ?? 0];
   const device = opened.value?.device.name ?? "";
   return (
-    <p class="status">
+    <div class="status">
+      <span class="brief">F {judged.main.value?.score.toFixed(4) ?? "–"}</span>
       {shown && <span>{shown.image.width} × {shown.image.height}, {quality}, {shown.milliseconds.toFixed(1)} ms</span>}
       {rate.value > 4 && shown?.quality !== 2 && <span>{rate.value} pictures a second</span>}
-      <span class="right">{device}</span>
-    </p>
+      <span>{device}</span>
+      <ViewBar />
+    </div>
   );
 }
 
@@ -127,7 +129,7 @@ export function Stage() {
     return () => observer.disconnect();
   }, []);
   return (
-    <section class="stage" aria-label="Picture">
+    <section class="stage" aria-label="Picture" aria-busy={!standing.value}>
       <StageBar />
       <div class="room" ref={element}><Frames /></div>
       <Status />

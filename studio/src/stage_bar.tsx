@@ -88,22 +88,26 @@ function Compare() {
 }
 
 export const StageBar = () => (
-  <div class="stage-bar" role="toolbar" aria-label="Picture">
+  <div class="stage-bar" role="group" aria-label="Tools and comparison">
     <Tools />
-    <div class="row">
-      <IconButton
-        icon="home"
-        label="Back to the first view"
-        keys="Home"
-        onClick={() => {
-          interrupt();
-          void home().then(() => commit("View"));
-        }}
-      />
-      <IconButton icon="follow" label="Lights go with the camera" pressed={lightsFollow.value} onClick={() => (lightsFollow.value = !lightsFollow.value)} />
-      <Cameras />
-      <Shape />
-    </div>
     <Compare />
+  </div>
+);
+
+export const ViewBar = () => (
+  <div class="row view-bar" role="group" aria-label="View">
+    <IconButton
+      icon="home"
+      label="Back to the first view"
+      keys="Home"
+      class="quiet"
+      onClick={() => {
+        interrupt();
+        void home().then(() => commit("View"));
+      }}
+    />
+    <IconButton icon="follow" label="Lights go with the camera" class="quiet" pressed={lightsFollow.value} onClick={() => (lightsFollow.value = !lightsFollow.value)} />
+    <Cameras />
+    <Shape />
   </div>
 );

@@ -132,25 +132,22 @@ export function Targets() {
         <Mark label="Target for the mean brightness" class="mean" at={aimed} value={mean} most={1} of={(place) => place} set={(value) => aim({ mean: value, stops: 0 })} />
       </div>
       <p class="note">
-        mean {measured?.mean.toFixed(2) ?? "–"}, aimed at {aimed.toFixed(2)}
-        {targets.mean === null ? " as the scene's colours" : ""}
+        mean <b>{measured?.mean.toFixed(2) ?? "–"}</b>, aimed at <b>{aimed.toFixed(2)}</b>
+        {targets.mean === null ? ", as the scene's colours" : " "}
         {targets.mean !== null && (
-          <>
-            {" "}
-            <button
-              type="button"
-              class="link"
-              onClick={() => {
-                aim({ mean: null });
-                commit("Target from the scene");
-              }}
-            >
-              Take from the scene
-            </button>
-          </>
+          <button
+            type="button"
+            class="link"
+            onClick={() => {
+              aim({ mean: null });
+              commit("Target from the scene");
+            }}
+          >
+            Take from the scene
+          </button>
         )}
-        {measured && <span class="right">burnt out {(100 * measured.burnt).toFixed(1)} %, unlit {(100 * measured.unlit).toFixed(1)} %</span>}
       </p>
+      {measured && <p class="note">burnt out {(100 * measured.burnt).toFixed(1)} %, unlit {(100 * measured.unlit).toFixed(1)} %</p>}
     </div>
   );
 }
