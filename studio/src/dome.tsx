@@ -97,15 +97,27 @@ function drag(event: PointerEvent, disc: HTMLElement, index: number, start: [num
   disc.addEventListener("pointercancel", onEnd, { once: true });
 }
 
-function onDiscDown(event: PointerEvent, disc: HTMLElement) {
+/** Puts the chosen light where the dome is pressed; gives that place, none beyond the rim. */
+function jumpTo(event: MouseEvent, disc: HTMLElement): [number, number] | null {
   const box = disc.getBoundingClientRect();
   const x = (2 * (event.clientX - box.left)) / box.width - 1;
   const y = 1 - (2 * (event.clientY - box.top)) / box.height;
-  if (!doc.value?.lights[chosen.value] || event.button !== 0 || Math.hypot(x, y) > 1) return;
+  if (!doc.value?.lights[chosen.value] || event.button !== 0 || Math.hypot(x, y) > 1) return null;
   interrupt();
   pointerMoved(event);
   move(chosen.value, fromDisc(x, y));
-  drag(event, disc, chosen.value, [x, y]);
+  return [x, y];
+}
+
+/** A finger that begins beside the handles scrolls the page; only its tap moves the light. */
+function onDiscDown(event: PointerEvent, disc: HTMLElement) {
+  const place = event.pointerType === "touch" ? null : jumpTo(event, disc);
+  if (place) drag(event, disc, chosen.value, place);
+}
+
+function onDiscClick(event: MouseEvent, disc: HTMLElement) {
+  const byFinger = event instanceof PointerEvent && event.pointerType === "touch";
+  if (byFinger && !(event.target as Element).closest("[data-light]") && jumpTo(event, disc)) commit("Move");
 }
 
 function Handle({ light, index, disc }: { light: Light; index: number; disc: { current: HTMLDivElement | null } }) {
@@ -199,7 +211,7 @@ export function Dome() {
   const best = map && !outdated.value ? toDisc(map.best) : null;
   return (
     <section class="panel dome" aria-label="Dome of light directions">
-      <div class="disc" ref={disc} onPointerDown={(event) => onDiscDown(event, event.currentTarget)}>
+      <div class="disc" ref={disc} onPointerDown={(event) => onDiscDown(event, event.currentTarget)} onClick={(event) => onDiscClick(event, event.currentTarget)}>
         <canvas ref={canvas} width={PIXELS} height={PIXELS} aria-hidden="true" class={outdated.value ? "outdated" : ""} />
         <Rings />
         {best && <i class="best" style={{ left: `${50 + 50 * best[0]}%`, top: `${50 - 50 * best[1]}%` }} />}

@@ -3,14 +3,14 @@ import { effect } from "@preact/signals";
 import { beginning, choose, doc, file, opened, scene } from "./document";
 import * as gallery from "./gallery";
 import { begin, cursor, entries } from "./history";
-import { upload } from "./http";
+import { token, upload } from "./http";
 import type { Document, Opened } from "./messages";
 import { busy, complain, say } from "./notices";
 import * as searching from "./searching";
 import { ask, Gone } from "./socket";
 
-/** The document of this tab, kept for when the page is loaded anew. */
-const KEY = "klieg-studio";
+/** Name of this tab's document, which is kept for when the page is loaded anew from the same server. */
+const KEY = `klieg-studio ${token}`;
 
 /** Begins, or goes on with the page's document after the connection was lost. */
 export async function connected() {

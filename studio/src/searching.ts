@@ -11,6 +11,8 @@ export type State = "idle" | "running" | "paused" | "finished";
 export type Point = { evaluations: number; best: number; fresh: boolean };
 
 const MOST_POINTS = 600;
+/** No F is above this. */
+const WORST = 1e6;
 
 export const state = signal<State>("idle");
 export const progress = signal<Progress | null>(null);
@@ -18,15 +20,20 @@ export const curve = signal<Point[]>([]);
 /** Whether lights were moved by hand since the search was last told something. */
 export const touched = signal(false);
 
+/** Number of the last request. */
+let request = 0;
 /** Evaluations of the runs before this one. */
 let before = 0;
 let small = false;
+/** Whether the last that was asked for is one generation. */
+let stepping = false;
 
 export function beginSearching() {
   listen("progress", (answer) => {
-    // A search that was told to wait may have had an answer on its way.
-    if (state.value === "paused" && answer.running) return;
-    if (state.value === "idle") return;
+    // A search that was told something else may have had an answer on its way.
+    if (answer.id !== request || state.value === "idle") return;
+    // A step begins as every search does.
+    if (stepping && answer.running) return;
     follow(answer);
   });
 }
@@ -39,13 +46,14 @@ function follow(answer: Progress) {
   const fresh = !last || again || small !== answer.small;
   small = answer.small;
   const point = { evaluations: before + answer.evaluations, best: answer.best, fresh };
-  curve.value = thinned([...points, point]);
+  // Before the first generation there is no best one.
+  if (answer.best < WORST) curve.value = thinned([...points, point]);
   progress.value = answer;
   show(answer.lights);
   if (answer.finished) end();
   else if (!answer.running) {
     state.value = "paused";
-    if (!touched.value) commit("Search, a step", "step");
+    if (!touched.value) commit(stepping ? "Search, a step" : "Search, paused", "search");
   }
 }
 
@@ -73,12 +81,13 @@ function thinned(points: Point[]): Point[] {
 function tell(action: Action) {
   const document = doc.value;
   if (!document) return;
-  send({ type: "search", action, size: document.size, optimizer: null, seed: null, ...look(document) });
+  request = send({ type: "search", action, size: document.size, optimizer: null, seed: null, ...look(document) });
 }
 
 export function start() {
   if (state.value !== "paused") clear();
   touched.value = false;
+  stepping = false;
   state.value = "running";
   tell("start");
   say("The search runs.");
@@ -87,6 +96,7 @@ export function start() {
 export function step() {
   if (state.value !== "paused") clear();
   touched.value = false;
+  stepping = true;
   state.value = "paused";
   tell("step");
 }
@@ -95,8 +105,9 @@ export function step() {
 export function pause() {
   if (state.value !== "running") return;
   state.value = "paused";
+  stepping = false;
   tell("pause");
-  commit("Search, paused");
+  commit("Search, paused", "search");
   say("The search waits.");
 }
 

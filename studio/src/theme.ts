@@ -4,7 +4,6 @@ import { computed, effect, signal } from "@preact/signals";
 export type Theme = "auto" | "light" | "dark";
 
 const KEY = "klieg-studio-theme";
-const NEXT: Record<Theme, Theme> = { auto: "dark", dark: "light", light: "auto" };
 
 const system = window.matchMedia("(prefers-color-scheme: dark)");
 const systemDark = signal(system.matches);
@@ -13,8 +12,9 @@ export const theme = signal<Theme>("auto");
 /** Whether the page is dark. */
 export const dark = computed(() => (theme.value === "auto" ? systemDark.value : theme.value === "dark"));
 
+/** The other scheme than the system's, or the system's again. */
 export const nextTheme = () => {
-  theme.value = NEXT[theme.value];
+  theme.value = theme.value !== "auto" ? "auto" : dark.value ? "light" : "dark";
 };
 
 export function beginTheme() {
