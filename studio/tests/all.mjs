@@ -4,13 +4,14 @@ import { writeBall } from "./ball.mjs";
 import * as care from "./care.mjs";
 import * as hands from "./hands.mjs";
 import { browse, serve } from "./support.mjs";
+import * as units from "./units.mjs";
 import * as work from "./work.mjs";
 
 const [chromium, program, model, folder, wanted = ""] = process.argv.slice(2);
 const browser = await browse(chromium);
 const server = await serve(program, [model]);
 const ball = await serve(program, [await writeBall(folder)]);
-const tests = Object.entries({ ...hands, ...work, ...care }).filter(([name]) => name.includes(wanted));
+const tests = Object.entries({ ...units, ...hands, ...work, ...care }).filter(([name]) => name.includes(wanted));
 let failed = 0;
 try {
   for (const [name, test] of tests) {
