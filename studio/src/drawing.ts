@@ -3,7 +3,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { doc, look } from "./document";
 import { judgedAs } from "./history";
-import type { Document, Judged, Light } from "./messages";
+import type { Document, Fineness, Judged, Light } from "./messages";
 import { say } from "./notices";
 import { connection, listen, send, type Picture } from "./socket";
 
@@ -11,13 +11,13 @@ export type Side = "main" | "other";
 /** A picture on the page. */
 export type Shown = { image: ImageData; quality: number; milliseconds: number };
 
-/** Stillness after which the final picture is asked for, milliseconds. */
-const REST = 220;
-/** Time after which a picture that has not come is given up, milliseconds: one in motion, and a final one. */
-const PATIENCE = { moving: 10_000, rest: 120_000 };
+/** Stillness after which a picture of that quality is asked for, milliseconds. */
+const STILL: Record<Fineness, number> = { 0: 0, 1: 80, 2: 220 };
+/** Time after which a picture of that quality that has not come is given up, milliseconds. */
+const PATIENCE: Record<Fineness, number> = { 0: 10_000, 1: 120_000, 2: 300_000 };
 /** Most pixels of a final picture. */
 const MOST_PIXELS = 1_300_000;
-/** Quality of final pictures. */
+const FULL = 1;
 const FINAL = 2;
 
 const SIDES: Side[] = ["main", "other"];
@@ -28,18 +28,20 @@ export const judged = { main: signal<Judged | null>(null), other: signal<Judged 
 export const otherLights = signal<Light[] | null>(null);
 /** Width of the picture on the screen, device pixels. */
 export const shownWidth = signal(0);
-/** Whether the final picture of the document stands. */
+/** Whether the picture of the document stands as it is judged. */
 export const standing = signal(false);
 /** Pictures of the last second. */
 export const rate = signal(0);
 
-type Wanted = { document: Document | null; drawn: Document | null; rested: Document | null; changed: number };
+/** What a side shall show, and of which document the last picture was of at least each quality. */
+type Wanted = { document: Document | null; shown: Record<Fineness, Document | null>; changed: number };
 
-const nothing = (): Wanted => ({ document: null, drawn: null, rested: null, changed: 0 });
+const nothing = (): Wanted => ({ document: null, shown: { 0: null, 1: null, 2: null }, changed: 0 });
 const wanted: Record<Side, Wanted> = { main: nothing(), other: nothing() };
 /** The draws whose pictures are still of interest. */
 const asked = new Map<number, { side: Side; document: Document; moved: number }>();
-let flight: { id: number; atRest: boolean; since: number } | null = null;
+/** The last draw, until a picture of the quality that it was for has come. */
+let flight: { id: number; quality: Fineness; since: number } | null = null;
 let timer = 0;
 let moved = 0;
 const shownAt: number[] = [];
@@ -72,7 +74,11 @@ export function beginDrawing() {
     const draw = asked.get(answer.id);
     if (!draw) return;
     judged[draw.side].value = answer;
-    if (draw.side === "main" && answer.quality > 0) settled(draw.document, answer.score);
+    if (answer.quality < FULL) return;
+    wanted[draw.side].shown[FULL] = draw.document;
+    if (draw.side === "main") settled(draw.document, answer.score);
+    standing.value = !lacking(0) && !lacking(FULL);
+    pump();
   });
 }
 
@@ -80,14 +86,13 @@ export function beginDrawing() {
 function drawAnew() {
   flight = null;
   asked.clear();
-  for (const side of SIDES) wanted[side].drawn = wanted[side].rested = null;
+  for (const side of SIDES) wanted[side].shown = nothing().shown;
   standing.value = false;
   pump();
 }
 
 function redrawFinal() {
-  for (const side of SIDES) wanted[side].rested = null;
-  standing.value = false;
+  for (const side of SIDES) wanted[side].shown[FINAL] = null;
   pump();
 }
 
@@ -108,42 +113,43 @@ function same(a: Document | null, b: Document | null) {
   return keys.every((key) => a[key] === b[key]);
 }
 
-const isDirty = (side: Side) => wanted[side].document !== null && wanted[side].document !== wanted[side].drawn;
+/** The first side without a picture of that quality of what it shall show. */
+const lacking = (quality: Fineness) =>
+  SIDES.find((side) => wanted[side].document && wanted[side].document !== wanted[side].shown[quality]);
 
-/** Sends the next draw, if one is due. */
+/** Sends the next draw, if one is due: what has changed first, then whole pictures, then final ones. */
 function pump() {
   clearTimeout(timer);
   if (connection.peek() !== "open") return;
-  const dirty = SIDES.find(isDirty);
   const now = performance.now();
-  // A final picture may take long; whatever moves meanwhile is drawn at once.
-  if (flight && !(flight.atRest && dirty)) {
-    const patience = flight.since + (flight.atRest ? PATIENCE.rest : PATIENCE.moving) - now;
-    if (patience > 0) {
-      timer = window.setTimeout(pump, patience);
-      return;
-    }
+  const quality = ([0, FULL, FINAL] as const).find((level) => lacking(level));
+  if (quality === undefined) return;
+  const later = (time: number) => {
+    timer = window.setTimeout(pump, Math.max(1, time - now));
+  };
+  // Fine pictures may take long; whatever moves meanwhile is drawn at once.
+  if (flight && !(flight.quality > 0 && quality === 0)) {
+    const patience = flight.since + PATIENCE[flight.quality];
+    if (now < patience) return later(patience);
   }
-  if (dirty) return draw(dirty, false);
-  const restless = SIDES.find((side) => wanted[side].document !== wanted[side].rested);
-  if (!restless) return;
-  const wait = Math.max(wanted.main.changed, wanted.other.changed) + REST - now;
-  if (wait <= 0) draw(restless, true);
-  else timer = window.setTimeout(pump, wait + 1);
+  const still = Math.max(wanted.main.changed, wanted.other.changed) + STILL[quality];
+  if (now < still) later(still);
+  else draw(lacking(quality)!, quality);
 }
 
-function draw(side: Side, atRest: boolean) {
-  const { document } = wanted[side];
+function draw(side: Side, quality: Fineness) {
+  const { document, shown } = wanted[side];
   if (!document) return;
+  const atRest = quality === FINAL;
   const rest = atRest ? restSize.peek() : null;
   const id = send({ type: "draw", size: document.size, at_rest: atRest, rest, ...look(document) });
   if (!id) return;
-  wanted[side].drawn = document;
-  if (atRest) wanted[side].rested = document;
+  if (shown[0] !== document) wanted[side].shown = { 0: document, 1: null, 2: null };
+  if (atRest) wanted[side].shown[FINAL] = document;
   for (const [old, { side: drawn }] of asked) if (drawn === side) asked.delete(old);
   asked.set(id, { side, document, moved: side === "main" ? moved : 0 });
   if (side === "main") moved = 0;
-  flight = { id, atRest, since: performance.now() };
+  flight = { id, quality, since: performance.now() };
 }
 
 /** Takes a picture of the server's. */
@@ -154,10 +160,7 @@ export function drawn({ id, image, quality, milliseconds }: Picture) {
   if (draw.moved) measure(draw.moved);
   draw.moved = 0;
   count();
-  if (flight?.id !== id || (flight.atRest && quality < FINAL)) return;
-  const { atRest } = flight;
-  flight = null;
-  standing.value = atRest && SIDES.every((side) => wanted[side].document === wanted[side].rested);
+  if (flight?.id === id && quality >= flight.quality) flight = null;
   pump();
 }
 

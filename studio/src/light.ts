@@ -3,7 +3,7 @@ import { angles, clamp, direction, dot, turned, unit, type Axes, type Vec3 } fro
 import type { Light } from "./messages";
 
 /** Largest values that the page offers. */
-export const MOST = { intensity: 3, distance: 10, size: 1 };
+export const MOST = { intensity: 4, distance: 10, size: 1 };
 
 export const KINDS: { kind: Light["kind"]; title: string }[] = [
   { kind: "point", title: "Point" },
@@ -76,7 +76,8 @@ export const nameOf = (light: Light, index: number) => `${ROLE_TITLES[light.role
 /** Where it stands, in words: "40° up, 45° right of the viewer". */
 export function inWords(light: Light): string {
   const { elevation, azimuth } = angles(light.direction);
-  const vertical = `${Math.abs(Math.round(elevation))}° ${elevation < 0 ? "down" : "up"}`;
-  const side = `${Math.abs(Math.round(azimuth))}° to the ${azimuth < 0 ? "left" : "right"}`;
+  const [up, right] = [Math.round(elevation), Math.round(azimuth)];
+  const vertical = `${Math.abs(up)}° ${up < 0 ? "down" : "up"}`;
+  const side = `${Math.abs(right)}° to the ${right < 0 ? "left" : "right"}`;
   return `${vertical}, ${side}, intensity ${intensityOf(light).toFixed(2)}${light.locked ? ", locked" : ""}`;
 }

@@ -1,7 +1,7 @@
 // The connection: requests out, answers and pictures in, and back again after a loss.
 import { signal } from "@preact/signals";
 import { ping, token } from "./http";
-import type { Answer, Request } from "./messages";
+import type { Answer, Fineness, Request } from "./messages";
 
 export type State = "connecting" | "open" | "lost" | "refused";
 
@@ -10,8 +10,7 @@ export type Picture = {
   id: number;
   thumbnail: boolean;
   index: number;
-  /** 0 coarse, 1 full, 2 at rest. */
-  quality: number;
+  quality: Fineness;
   milliseconds: number;
   image: ImageData;
 };
@@ -117,7 +116,7 @@ function pictured(data: ArrayBuffer) {
     id: word(1),
     thumbnail: word(4) === 1,
     index: word(5),
-    quality: word(6),
+    quality: Math.min(2, word(6)) as Fineness,
     milliseconds: word(7) / 1000,
     image: new ImageData(new Uint8ClampedArray(data, HEADER), width, height),
   });

@@ -130,7 +130,10 @@ async function watch(page) {
     seen.most = Math.max(seen.most, waiting.size);
   });
   client.on("Network.webSocketFrameReceived", ({ response: { opcode, payloadData } }) => {
-    if (opcode === 2) waiting.delete(Buffer.from(payloadData.slice(0, 16), "base64").readUInt32LE(4));
+    if (opcode !== 2) return;
+    // A newer request takes the place of older ones, whose pictures do not come.
+    const answered = Buffer.from(payloadData.slice(0, 16), "base64").readUInt32LE(4);
+    for (const id of waiting) if (id <= answered) waiting.delete(id);
   });
   return seen;
 }

@@ -52,7 +52,7 @@ export async function open(browser, address, { width = 1280, height = 800 } = {}
 
 const canvas = ".frame .picture[role=application] > canvas";
 
-/** Waits until the final picture of the document stands. */
+/** Waits until the picture of the document stands as it is judged; the final one may take long. */
 export const atRest = (page) => page.waitForSelector('.stage[aria-busy="false"]', { timeout: WAIT });
 
 /** Waits until no search runs, pausing the one that does. */
