@@ -44,7 +44,8 @@ impl Landscape {
         let settings = hall.settings();
         let objective = coarse::objective(&settings.objective, &whole, &view);
         let shadows = ShadowSettings { side: SIDE, ..settings.shadows };
-        let maps = cpu::draw(&hall.held.scene, &view, &objective, (&shadows, None))?;
+        let occluders = hall.occluders(&sight.camera, &view)?;
+        let maps = cpu::draw(&hall.held.scene, &view, &objective, (&shadows, occluders))?;
         Ok(Self { sight, whole, view, maps, evaluator: None })
     }
 

@@ -5,10 +5,11 @@ use super::hall::{Hall, Studio};
 use super::messages::{Light, Open, Targets};
 use super::stage::{everything, small};
 use super::worker::Worker;
-use crate::cpu;
-use crate::design::{intent, start};
-use crate::lighting::Rig;
+use crate::cpu::{self, CpuEvaluator};
+use crate::design::{coarse, intent, start};
+use crate::evaluate::Evaluator;
 use crate::lighting::presets::Preset;
+use crate::lighting::{self, Population, Rig};
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::OPTIMIZERS;
 use crate::session::view;
@@ -19,6 +20,9 @@ use std::sync::Arc;
 
 /// Longest side of the picture in which the first lights are found, pixels.
 const SEEN: u32 = 128;
+
+/// What the intensities of the first lights may be multiplied with: half stops.
+const STRENGTHS: [f32; 9] = [1.0, 0.707, 0.5, 0.354, 0.25, 0.177, 0.125, 0.088, 0.0625];
 
 /// Name of the preset that the last search has found.
 pub const DESIGN: &str = "design";
@@ -33,7 +37,7 @@ impl Worker {
             })?),
             None => studio.scenes.first(),
         };
-        let hall = held.map(|held| Hall { studio: Arc::clone(&studio), held });
+        let hall = held.map(|held| Hall::new(Arc::clone(&studio), held));
         let lights = match &hall {
             Some(hall) => Light::all(&first(hall)?),
             None => Vec::new(),
@@ -60,19 +64,38 @@ impl Worker {
     }
 }
 
-/// The lights that a search of the settings begins with.
+/// The lights that a search of the settings begins with, at the strength at which they are best.
 fn first(hall: &Hall) -> Result<Rig> {
     let settings = hall.settings();
     let scene = &hall.held.scene;
-    let view = small(hall, &view(scene, &settings.view)?, SEEN)?;
+    let whole = view(scene, &settings.view)?;
+    let view = small(hall, &whole, SEEN)?;
+    let objective = coarse::objective(&settings.objective, &whole, &view);
     let none = ShadowSettings { on: false, ..settings.shadows };
-    let maps = cpu::draw(scene, &view, &settings.objective, (&none, None))?;
+    let maps = cpu::draw(scene, &view, &objective, (&none, None))?;
     let mut genome = settings.genome()?;
     if !settings.intent.below {
         genome = genome.above_horizon(intent::up(&view))?;
     }
     let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
-    Ok(genome.decode(&start::first(scene, &view, &maps, &genome, &mut rng)))
+    let rig = genome.decode(&start::first(scene, &view, &maps, &genome, &mut rng));
+    let rigs: Vec<Rig> = STRENGTHS.map(|strength| scaled(&rig, strength)).to_vec();
+    let population = Population::of(rigs.iter().map(Vec::as_slice))?;
+    let mut evaluator = CpuEvaluator::new(maps, &view, objective, settings.shading)?;
+    let mut scores = vec![0.0; rigs.len()];
+    evaluator.evaluate(&population, &mut scores)?;
+    let best = rigs.into_iter().zip(scores).min_by(|a, b| a.1.total_cmp(&b.1));
+    Ok(best.map_or(rig, |(rig, _)| rig))
+}
+
+/// The rig with all intensities multiplied.
+fn scaled(rig: &[lighting::Light], strength: f32) -> Rig {
+    let light = |light: &lighting::Light| lighting::Light {
+        diffuse: strength * light.diffuse,
+        specular: strength * light.specular,
+        ..*light
+    };
+    rig.iter().map(light).collect()
 }
 
 fn titled(name: &str, title: &str) -> Titled {

@@ -3,7 +3,7 @@
 use super::answers::{Answer, Fineness, Progress};
 use super::convert::rig;
 use super::hall::Hall;
-use super::messages::{Action, Light, Look, Search as Asked};
+use super::messages::{Action, Camera, Light, Look, Search as Asked};
 use super::stage::{Sight, small};
 use super::worker::Worker;
 use crate::cpu::{self, CpuEvaluator};
@@ -61,7 +61,8 @@ impl Search {
         let coarse = hall.settings().coarse;
         let longest = if coarse.side == 0 { SMALL } else { coarse.side };
         let view = small(hall, &whole, longest)?;
-        let engine = measuring(hall, &view, &coarse::objective(&objective, &whole, &view))?;
+        let small = coarse::objective(&objective, &whole, &view);
+        let engine = measuring(hall, (&asked.look.camera, &view), &small)?;
         let first = |all: usize| (all as f64 * f64::from(coarse.share)) as usize;
         Ok(Self {
             asked,
@@ -221,9 +222,14 @@ fn optimizer(
 }
 
 /// What measures a small view by `objective`.
-fn measuring(hall: &Hall, view: &View, objective: &Objective) -> Result<Engine> {
+fn measuring(
+    hall: &Hall,
+    (camera, view): (&Camera, &View),
+    objective: &Objective,
+) -> Result<Engine> {
     let settings = hall.settings();
-    let maps = cpu::draw(&hall.held.scene, view, objective, (&settings.shadows, None))?;
+    let shadows = (&settings.shadows, hall.occluders(camera, view)?);
+    let maps = cpu::draw(&hall.held.scene, view, objective, shadows)?;
     let evaluator = CpuEvaluator::new(maps, view, *objective, settings.shading)?;
     Ok(Engine::Cpu(Box::new(evaluator)))
 }

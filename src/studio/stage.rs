@@ -12,7 +12,6 @@ use crate::objective::shadows::ShadowSettings;
 use crate::objective::terms::TERMS;
 use crate::objective::{Objective, Terms};
 use crate::render::BACKGROUND;
-use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
 use crate::session::device::Opened;
 use crate::session::{Engine, evaluator_on};
@@ -113,7 +112,8 @@ impl Stage {
         let view = small(hall, &whole, COARSE)?;
         let objective = everything(&coarse::objective(&hall.settings().objective, &whole, &view));
         let shadows = ShadowSettings { side: COARSE_SIDE, ..hall.settings().shadows };
-        let maps = cpu::draw(&hall.held.scene, &view, &objective, (&shadows, None))?;
+        let occluders = hall.occluders(&sight.camera, &view)?;
+        let maps = cpu::draw(&hall.held.scene, &view, &objective, (&shadows, occluders))?;
         Self::of_maps(hall, (sight, view), (maps, objective), Fineness::Coarse)
     }
 
@@ -138,12 +138,11 @@ impl Stage {
         let scene = &hall.held.scene;
         let none = ShadowSettings { on: false, ..settings };
         let maps = cpu::draw(scene, &view, &objective, (&none, None))?;
-        if !settings.on {
+        let Some(occluders) = hall.occluders(&sight.camera, &view)? else {
             let seen = (sight.clone(), view);
             take(Self::of_maps(hall, seen, (maps, objective), Fineness::Full)?);
             return Ok(());
-        }
-        let occluders = Arc::new(Occluders::new(scene, &view)?);
+        };
         let sides = [(EARLY_SIDE, Fineness::Coarse), (settings.side, Fineness::Full)];
         for (side, fineness) in sides {
             if fineness == Fineness::Coarse && side >= settings.side {

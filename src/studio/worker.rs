@@ -353,8 +353,7 @@ impl Worker {
             Some(size) => Sight { size, ..stage.sight.clone() }.view(&hall)?,
             None => stage.view.clone(),
         };
-        let shadows = stage.maps()?.shadows.as_ref();
-        let occluders = shadows.map(|shadows| Arc::clone(shadows.occluders()));
+        let occluders = hall.occluders(&stage.sight.camera, &view)?;
         let (outbox, mailbox) = (self.outbox.clone(), Arc::clone(&self.mailbox));
         let work = move |go_on: &(dyn Fn() -> bool + Sync)| {
             let start = Instant::now();
