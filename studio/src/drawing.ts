@@ -78,6 +78,7 @@ export function beginDrawing() {
     wanted[draw.side].shown[FULL] = draw.document;
     if (draw.side === "main") settled(draw.document, answer.score);
     standing.value = !lacking(0) && !lacking(FULL);
+    if (flight?.id === answer.id && flight.quality === FULL) flight = null;
     pump();
   });
 }
@@ -160,7 +161,8 @@ export function drawn({ id, image, quality, milliseconds }: Picture) {
   if (draw.moved) measure(draw.moved);
   draw.moved = 0;
   count();
-  if (flight?.id === id && quality >= flight.quality) flight = null;
+  // A whole picture is there for its judgement, which follows.
+  if (flight?.id === id && flight.quality !== FULL && quality >= flight.quality) flight = null;
   pump();
 }
 

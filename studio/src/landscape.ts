@@ -8,6 +8,8 @@ import { connection, listen, send } from "./socket";
 const CELLS = { moving: 25, still: 49 };
 /** Least time between two maps, and stillness after which the finer one is asked for, milliseconds. */
 const PAUSE = { moving: 120, still: 450 };
+/** The map waits this many times as long as the last one took, so that pictures and searches have most of the machine. */
+const SHARE = 2;
 const PATIENCE = 10_000;
 
 export const landscape = signal<Mapped | null>(null);
@@ -18,6 +20,8 @@ export const wanted = signal(true);
 
 let inFlight = 0;
 let sentAt = 0;
+/** From when on another map may be asked for. */
+let due = 0;
 let timer = 0;
 let coarse = "";
 let fine = "";
@@ -53,6 +57,8 @@ export function beginMapping() {
   listen("mapped", (answer) => {
     if (answer.id !== inFlight) return;
     inFlight = 0;
+    const now = performance.now();
+    due = Math.max(sentAt + PAUSE.moving, now + SHARE * (now - sentAt));
     if (answer.light === latest?.index) landscape.value = answer;
     outdated.value = latest?.key !== coarse && latest?.key !== fine;
     pump();
@@ -74,7 +80,7 @@ function pump() {
     timer = window.setTimeout(pump, Math.max(1, time - now));
   };
   if (inFlight && now < sentAt + PATIENCE) return later(sentAt + PATIENCE);
-  if (now < sentAt + PAUSE.moving) return later(sentAt + PAUSE.moving);
+  if (now < due) return later(due);
   if (latest.key !== coarse) return request(CELLS.moving);
   if (now < latest.changed + PAUSE.still) return later(latest.changed + PAUSE.still);
   request(CELLS.still);

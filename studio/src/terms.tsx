@@ -56,12 +56,13 @@ function Term({ term }: { term: TermInfo }) {
 
 function Score() {
   const score = judged.main.value?.score;
+  const rough = judged.main.value?.quality === 0;
   const other = compared.value ? judged.other.value?.score : undefined;
   const difference = score !== undefined && other !== undefined ? score - other : null;
   return (
     <p class="score">
-      <span class="f">F</span>
-      <output data-score>{score?.toFixed(4) ?? "–"}</output>
+      <span class="f">F{rough && " ≈"}</span>
+      <output class={rough ? "rough" : ""} data-score>{score?.toFixed(4) ?? "–"}</output>
       {difference !== null && (
         <span class={difference < 0 ? "better" : "worse"}>
           {difference < 0 ? "−" : "+"}{Math.abs(difference).toFixed(4)} {difference < 0 ? "better" : "worse"}

@@ -8,16 +8,18 @@ import * as units from "./units.mjs";
 import * as work from "./work.mjs";
 
 const [chromium, program, model, folder, wanted = ""] = process.argv.slice(2);
+// Unoptimised builds draw slowly.
+const small = ["--device", "cpu", "--size", "256x256", "--shadows", "off"];
 const browser = await browse(chromium);
-const server = await serve(program, [model]);
-const ball = await serve(program, [await writeBall(folder)]);
+const server = await serve(program, [model, ...small]);
+const ball = await serve(program, [await writeBall(folder), "--device", "cpu"]);
 const tests = Object.entries({ ...units, ...hands, ...work, ...care }).filter(([name]) => name.includes(wanted));
 let failed = 0;
 try {
   for (const [name, test] of tests) {
     const begin = Date.now();
     try {
-      const said = await test({ browser, server, ball, program, model, folder });
+      const said = await test({ browser, server, ball, program, model, small, folder });
       console.log(`ok    ${name}, ${((Date.now() - begin) / 1000).toFixed(1)} s${said ? `: ${said}` : ""}`);
     } catch (error) {
       failed += 1;

@@ -1,6 +1,6 @@
 // By hand: the first picture, drags on the dome, clicks on the model, keys, undo.
 import assert from "node:assert/strict";
-import { atRest, calm, difference, directions, drag, middle, open, picture, score } from "./support.mjs";
+import { atRest, calm, difference, directions, drag, middle, open, pause, picture, score, WAIT } from "./support.mjs";
 
 const LIT = 8;
 
@@ -90,9 +90,11 @@ export async function aHighlightLandsWhereItIsAskedFor({ browser, ball }) {
   const box = await (await page.$(".picture[role=application]")).boundingBox();
   const off = [];
   for (const [across, down] of [[0.5, 0.5], [0.42, 0.4], [0.6, 0.45], [0.47, 0.62]]) {
+    const before = await directions(page);
     await page.mouse.click(box.x + across * box.width, box.y + down * box.height);
-    await page.waitForFunction(() => document.querySelector(".ping:not(.missed)"), {});
-    await new Promise((resolve) => setTimeout(resolve, 300));
+    const moved = (old) => document.querySelector('[data-light="0"]').getAttribute("aria-valuetext") !== old;
+    await page.waitForFunction(moved, { timeout: WAIT }, before[0]);
+    await pause(200);
     await atRest(page);
     const [x, y] = await brightest(page);
     off.push(512 * Math.hypot(x - across, y - down));

@@ -3,7 +3,7 @@ import { spawn } from "node:child_process";
 import { once } from "node:events";
 import puppeteer from "puppeteer-core";
 
-export const WAIT = 30_000;
+export const WAIT = 90_000;
 
 /** Starts `klieg studio` and gives its address. Extra environment is the server's. */
 export async function serve(program, options, environment = {}) {
