@@ -271,10 +271,11 @@ impl Worker {
             return Ok(());
         }
         let settled = self.studio().settings.coarse.settled;
-        if search.small && search.is_settled(settled) {
-            if let Some(engine) = self.whole_engine(&search)? {
-                search.refine(engine)?;
-            }
+        if search.small
+            && search.is_settled(settled)
+            && let Some(engine) = self.whole_engine(&search)?
+        {
+            search.refine(engine)?;
         }
         if search.is_over() {
             search.finished = true;

@@ -134,7 +134,7 @@ impl Worker {
             Next::Event(_) | Next::Nothing => self.shown.as_ref().map(|draw| draw.id),
         };
         let work = catch_unwind(AssertUnwindSafe(|| match next {
-            Next::Request(request) => self.answer(request),
+            Next::Request(request) => self.answer(*request),
             Next::Event(event) => self.take(event),
             Next::Nothing if self.owed => self.pay(),
             Next::Nothing => self.advance(),
@@ -338,7 +338,7 @@ impl Worker {
         stage.took = micros(start);
         let fineness = (stage.fineness, stage.took);
         self.deliver(frame(draw.id, (Kind::Picture, 0), &picture, fineness))?;
-        self.send(Answer::Judged(judged))
+        self.send(Answer::Judged(Box::new(judged)))
     }
 
     /// Begins the final picture.
