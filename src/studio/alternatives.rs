@@ -4,18 +4,18 @@ use super::answers::{Answer, Fineness};
 use super::hall::Hall;
 use super::messages::{Alternatives, Light};
 use super::searching::genome;
-use super::stage::{Sight, small};
+use super::stage::{Sight, background, small};
 use super::task::Task;
 use super::worker::{Event, Frame, Kind, Outbox, Worker, frame, micros};
 use crate::cpu::Painter;
+use crate::design::{Progress, coarse};
 use crate::error::within;
 use crate::lighting::LightRecord;
-use crate::render::BACKGROUND;
 use crate::session::gallery::{self, SLACK, Wanted};
 use crate::session::{Loaded, Session};
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Longest side of the pictures that are judged and shown, pixels.
 const SIDE: u32 = 192;
@@ -43,7 +43,7 @@ impl Worker {
         let mailbox = Arc::clone(self.mailbox());
         let failed = move |message| mailbox.tell(Event::Failed { id, message });
         self.dispersing = None;
-        self.dispersing = Some(Task::spawn(self.studio(), work, failed));
+        self.dispersing = Some(Task::spawn((self.studio(), Duration::ZERO), work, failed));
         Ok(())
     }
 }
@@ -56,17 +56,19 @@ fn find(
 ) -> anyhow::Result<()> {
     let start = Instant::now();
     let sight = Sight { camera: asked.look.camera.clone(), size: asked.size };
-    let view = small(hall, &sight.view(hall)?, SIDE)?;
+    let whole = sight.view(&hall.held)?;
+    let view = small(hall, &whole, SIDE)?;
     let (genome, order, chromosome) = genome(hall, &asked.look, &view)?;
     let mut settings = hall.settings().clone();
-    settings.objective = asked.look.objective(&settings.objective)?;
+    let objective = asked.look.objective(&settings.objective)?;
+    settings.objective = coarse::objective(&objective, &whole, &view);
     settings.focus = Vec::new();
     let loaded = Loaded { scene: Arc::clone(&hall.held.scene), load: 0.0 };
     let device = &crate::session::device::Opened::Cpu;
     let mut session = Session::of_view(device, (loaded, view), settings, start)?;
     let origin = gallery::from_anywhere(&session, &genome, &genome.decode(&chromosome));
     let wanted = Wanted { count: asked.count as usize, slack: SLACK };
-    let mut observe = |_: &crate::design::Progress| match go_on() {
+    let mut observe = |_: &Progress| match go_on() {
         true => ControlFlow::Continue(()),
         false => ControlFlow::Break(()),
     };
@@ -87,7 +89,7 @@ fn find(
         }
         let records: Vec<LightRecord> =
             shown.rig.iter().map(crate::lighting::Light::record).collect();
-        let picture = painter.paint(maps.shadows.as_ref(), &records, BACKGROUND);
+        let picture = painter.paint(maps.shadows.as_ref(), &records, background(hall));
         let score = shown.quality.score;
         let answer = Answer::Alternative { id: asked.id, index, lights, score };
         outbox.blocking_send(Frame::Answer(Box::new(answer)))?;

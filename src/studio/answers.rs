@@ -230,7 +230,7 @@ pub enum Answer {
     /// All that a page needs to begin.
     Opened(Box<Opened>),
     /// How good a picture is.
-    Judged(Judged),
+    Judged(Box<Judged>),
     /// How good a light is in every direction.
     Mapped(Mapped),
     /// A light at its new place.

@@ -30,8 +30,11 @@ pub struct Hall {
     /// The scene.
     pub held: Arc<Held>,
     /// What casts shadows in the light frame of the last camera, which all views through it share.
-    occluders: Arc<Mutex<Option<(Camera, Arc<Occluders>)>>>,
+    occluders: Arc<Mutex<LastOccluders>>,
 }
+
+/// A camera, and what casts shadows in its light frame.
+type LastOccluders = Option<(Camera, Arc<Occluders>)>;
 
 impl Hall {
     /// Of a scene that a page begins to look at.

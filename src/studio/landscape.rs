@@ -39,7 +39,7 @@ pub struct Landscape {
 
 impl Landscape {
     fn new(hall: &Hall, sight: Sight) -> Result<Self> {
-        let whole = sight.view(hall)?;
+        let whole = sight.view(&hall.held)?;
         let view = small(hall, &whole, JUDGED)?;
         let settings = hall.settings();
         let objective = coarse::objective(&settings.objective, &whole, &view);

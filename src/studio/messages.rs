@@ -1,5 +1,5 @@
 //! What page and server say to each other: JSON in text frames of a WebSocket. `studio/src/messages.ts` is made of these
-//! types; `docs/STUDIO.md` says when each is sent.
+//! types; `docs/STUDIO_PROTOCOL.md` says when each is sent.
 //!
 //! Pictures are binary frames: [`PICTURE_HEADER`] bytes, then RGBA rows from the top.
 

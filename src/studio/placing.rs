@@ -78,7 +78,7 @@ impl Worker {
             let view = stage.view.clone();
             return Ok(Spot::of(&stage.maps()?.surface, &view, pixel));
         }
-        let view = sight.view(hall)?;
+        let view = sight.view(&hall.held)?;
         Ok(Spot::of(&visibility::draw(&hall.held.scene, &view), &view, pixel))
     }
 

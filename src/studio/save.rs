@@ -1,11 +1,13 @@
 //! What pages save: lit scenes, pictures, rigs and sessions.
 
-use super::convert::{camera_of, rig};
+use super::convert::rig;
 use super::hall::Studio;
 use super::messages::Save;
 use super::scenes::Held;
 use super::server::fault;
 use super::session_file;
+use super::stage::Sight;
+use crate::Error;
 use crate::lighting::{Light, LightRecord, Rig};
 use crate::render;
 use crate::report::json::LightRecord as Written;
@@ -14,7 +16,6 @@ use crate::scene;
 use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
 use crate::session::picture;
-use crate::{Error, Result};
 use anyhow::anyhow;
 use axum::body::Bytes;
 use axum::extract::{Path, State};
@@ -22,9 +23,6 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
 use std::sync::Arc;
-
-/// Most pixels of a picture.
-const MOST_PIXELS: u64 = 1 << 25;
 
 /// A file of the page: its name's end, its type, and its bytes.
 struct Saved {
@@ -80,14 +78,7 @@ fn make(studio: &Studio, held: &Held, what: &str, save: &Save) -> anyhow::Result
     let [width, height] = document.size;
     let size = [save.width.unwrap_or(width), save.height.unwrap_or(height)];
     let rig = rig(&document.look.lights)?;
-    let view = |[width, height]: [u32; 2]| -> Result<View> {
-        if u64::from(width) * u64::from(height) > MOST_PIXELS {
-            let fault = format!("a picture of {width}x{height} is too large: {MOST_PIXELS} pixels");
-            return Err(Error::Argument(fault));
-        }
-        let camera = camera_of(&document.look.camera, &held.scene, held.bounds)?;
-        View::new(&held.scene, camera, width, height)
-    };
+    let view = |size| Sight { camera: document.look.camera.clone(), size }.final_view(held);
     let lit = |view: &View| scene::lit::glb(&held.source, held.options.clone(), view, &rig);
     let with = |glb: Vec<u8>, document| {
         session_file::with_document(&glb, document).map_err(|fault| anyhow!(fault))

@@ -78,11 +78,16 @@ fn info(
     let mut warnings = scene.warnings.clone();
     let lights = match scene.lights.is_empty() {
         true => Vec::new(),
-        false => {
-            let (rig, more) = scene::lights::rig(scene, &view)?;
-            warnings.extend(more);
-            Light::all(&rig)
-        }
+        false => match scene::lights::rig(scene, &view) {
+            Ok((rig, more)) => {
+                warnings.extend(more);
+                Light::all(&rig)
+            }
+            Err(fault) => {
+                warnings.push(fault.to_string());
+                Vec::new()
+            }
+        },
     };
     if let Some(document) = &mut document {
         document.scene = Some(id.clone());

@@ -54,7 +54,7 @@ pub struct Search {
 
 impl Search {
     fn new(hall: &Hall, asked: Asked) -> Result<Self> {
-        let whole = sight(&asked).view(hall)?;
+        let whole = sight(&asked).view(&hall.held)?;
         let objective = asked.look.objective(&hall.settings().objective)?;
         let (genome, order, first) = genome(hall, &asked.look, &whole)?;
         let (search, generations) = optimizer(hall, &asked, &genome, first)?;
@@ -79,6 +79,11 @@ impl Search {
             finished: false,
             told: None,
         })
+    }
+
+    /// Number of the last request of it.
+    pub fn id(&self) -> u32 {
+        self.asked.id
     }
 
     /// The best lights in the page's order, and their score.
@@ -271,10 +276,11 @@ impl Worker {
             return Ok(());
         }
         let settled = self.studio().settings.coarse.settled;
-        if search.small && search.is_settled(settled) {
-            if let Some(engine) = self.whole_engine(&search)? {
-                search.refine(engine)?;
-            }
+        if search.small
+            && search.is_settled(settled)
+            && let Some(engine) = self.whole_engine(&search)?
+        {
+            search.refine(engine)?;
         }
         if search.is_over() {
             search.finished = true;

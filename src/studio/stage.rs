@@ -4,6 +4,7 @@ use super::answers::{Fineness, Judged, Measured};
 use super::convert::camera_of;
 use super::hall::Hall;
 use super::messages::{Camera, Draw};
+use super::scenes::Held;
 use crate::cpu::{self, CpuEvaluator, Painter, shadows};
 use crate::design::coarse;
 use crate::lighting::{Light, LightRecord};
@@ -11,7 +12,7 @@ use crate::objective::maps::Maps;
 use crate::objective::shadows::ShadowSettings;
 use crate::objective::terms::TERMS;
 use crate::objective::{Objective, Terms};
-use crate::render::BACKGROUND;
+use crate::render::{BACKGROUND, Background};
 use crate::scene::view::View;
 use crate::session::device::Opened;
 use crate::session::{Engine, evaluator_on};
@@ -19,8 +20,11 @@ use crate::{Error, Result};
 use image::RgbaImage;
 use std::sync::Arc;
 
-/// Most pixels of a picture that is drawn while people wait.
-const MOST_PIXELS: u64 = 1 << 22;
+/// Most pixels of a picture whose surface is stored while people look at it: some 500 bytes each.
+const MOST_LIVE: u64 = 1 << 21;
+
+/// Most pixels of a final picture.
+const MOST_FINAL: u64 = 1 << 25;
 
 /// Longest side of coarse pictures, pixels.
 const COARSE: u32 = 128;
@@ -47,17 +51,30 @@ impl Draw {
 }
 
 impl Sight {
-    /// The view of it.
+    /// The view of it, for pictures that follow a hand.
     ///
     /// # Errors
     /// [`Error::Argument`] for a camera that shows nothing, and pictures without pixels or too many.
-    pub fn view(&self, hall: &Hall) -> Result<View> {
+    pub fn view(&self, held: &Held) -> Result<View> {
+        self.view_of(held, MOST_LIVE)
+    }
+
+    /// The view of it, for final pictures.
+    ///
+    /// # Errors
+    /// The same.
+    pub fn final_view(&self, held: &Held) -> Result<View> {
+        self.view_of(held, MOST_FINAL)
+    }
+
+    fn view_of(&self, held: &Held, most: u64) -> Result<View> {
         let [width, height] = self.size;
-        if u64::from(width) * u64::from(height) > MOST_PIXELS {
-            let fault = format!("a picture of {width}x{height} is too large to be drawn live");
+        let pixels = u64::from(width) * u64::from(height);
+        if pixels > most {
+            let fault =
+                format!("a picture of {width}x{height} is too large: it may have {most} pixels");
             return Err(Error::Argument(fault));
         }
-        let held = &hall.held;
         let camera = camera_of(&self.camera, &held.scene, held.bounds)?;
         View::new(&held.scene, camera, width, height)
     }
@@ -100,6 +117,16 @@ pub struct Stage {
     painter: Painter,
     /// What `engine` measures.
     everything: Objective,
+    /// Colour behind the objects.
+    background: [u8; 3],
+}
+
+/// The colour behind the objects of live pictures, which are opaque.
+pub fn background(hall: &Hall) -> [u8; 3] {
+    match hall.settings().picture.background {
+        Some(Background::Color(color)) => color,
+        Some(Background::Transparent) | None => BACKGROUND,
+    }
 }
 
 impl Stage {
@@ -108,7 +135,7 @@ impl Stage {
     /// # Errors
     /// Faults of the scene, the camera and the device.
     pub fn coarse(hall: &Hall, sight: Sight) -> Result<Self> {
-        let whole = sight.view(hall)?;
+        let whole = sight.view(&hall.held)?;
         let view = small(hall, &whole, COARSE)?;
         let objective = everything(&coarse::objective(&hall.settings().objective, &whole, &view));
         let shadows = ShadowSettings { side: COARSE_SIDE, ..hall.settings().shadows };
@@ -128,7 +155,7 @@ impl Stage {
         go_on: &(dyn Fn() -> bool + Sync),
         take: &mut dyn FnMut(Self),
     ) -> Result<()> {
-        let view = sight.view(hall)?;
+        let view = sight.view(&hall.held)?;
         let objective = everything(&hall.settings().objective);
         if let Opened::Vulkan(_) = hall.studio.device {
             take(Self::on_device(hall, (sight.clone(), view), objective)?);
@@ -168,7 +195,8 @@ impl Stage {
         let painter = Painter::new(&maps, &view, &shading);
         let engine = CpuEvaluator::new(maps, &view, everything, shading)?;
         let engine = Engine::Cpu(Box::new(engine));
-        Ok(Self { sight, view, fineness, took: 0, engine, painter, everything })
+        let background = background(hall);
+        Ok(Self { sight, view, fineness, took: 0, engine, painter, everything, background })
     }
 
     fn on_device(hall: &Hall, (sight, view): (Sight, View), everything: Objective) -> Result<Self> {
@@ -178,7 +206,8 @@ impl Stage {
         let mut engine = evaluator_on(&hall.studio.device, seen, &settings, None)?;
         let painter = Painter::new(engine.maps()?, &view, &settings.shading);
         let fineness = Fineness::Full;
-        Ok(Self { sight, view, fineness, took: 0, engine, painter, everything })
+        let background = background(hall);
+        Ok(Self { sight, view, fineness, took: 0, engine, painter, everything, background })
     }
 
     /// The view's maps.
@@ -196,7 +225,7 @@ impl Stage {
     pub fn paint(&mut self, rig: &[Light]) -> Result<RgbaImage> {
         let records: Vec<LightRecord> = rig.iter().map(Light::record).collect();
         let shadows = self.engine.maps()?.shadows.as_ref();
-        Ok(self.painter.paint(shadows, &records, BACKGROUND))
+        Ok(self.painter.paint(shadows, &records, self.background))
     }
 
     /// How good the picture of a rig is by `objective`.

@@ -43,7 +43,7 @@ pub async fn scene(
         Ok(place) => place,
         Err(message) => return fault(StatusCode::BAD_REQUEST, &message),
     };
-    match receive(&path, body.into_data_stream()).await {
+    match receive(&path, body.into_data_stream(), MOST).await {
         Ok(()) => load(studio, (name, path, folder)).await,
         Err(Broken::TooLarge) => too_large(),
         Err(Broken::Off(error)) => fault(StatusCode::BAD_REQUEST, &error),
@@ -73,14 +73,15 @@ enum Broken {
     Off(String),
 }
 
-async fn receive(path: &Path, mut body: BodyDataStream) -> Result<(), Broken> {
+/// Writes what comes, `most` bytes of it, to a file.
+async fn receive(path: &Path, mut body: BodyDataStream, most: u64) -> Result<(), Broken> {
     let off = |error: &dyn std::fmt::Display| Broken::Off(format!("the scene broke off: {error}"));
     let mut file = tokio::fs::File::create(path).await.map_err(|error| off(&error))?;
     let mut length = 0;
     while let Some(piece) = body.next().await {
         let piece = piece.map_err(|error| off(&error))?;
         length += piece.len() as u64;
-        if length > MOST {
+        if length > most {
             return Err(Broken::TooLarge);
         }
         file.write_all(&piece).await.map_err(|error| off(&error))?;
@@ -106,5 +107,36 @@ async fn load(studio: Arc<Studio>, (name, path, folder): (String, PathBuf, TempD
         Ok(Ok(info)) => json_of(&info),
         Ok(Err(message)) => fault(StatusCode::BAD_REQUEST, &message),
         Err(panic) => fault(StatusCode::INTERNAL_SERVER_ERROR, &panic.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without a length nothing can be refused by it.
+    #[tokio::test]
+    async fn a_stream_is_cut_off_where_it_is_too_long() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.glb");
+        let pieces = || {
+            let pieces = (0..100).map(|_| Ok::<_, std::io::Error>(vec![7u8; 100]));
+            Body::from_stream(futures_util::stream::iter(pieces)).into_data_stream()
+        };
+        assert!(matches!(receive(&path, pieces(), 9_999).await, Err(Broken::TooLarge)));
+        assert!(std::fs::metadata(&path).unwrap().len() < 10_000);
+        assert!(receive(&path, pieces(), 10_000).await.is_ok());
+        assert_eq!(std::fs::metadata(&path).unwrap().len(), 10_000);
+    }
+
+    #[test]
+    fn files_are_called_by_names_of_klieg_s_own() {
+        for name in ["a.glb", "../../b.GLTF", "/etc/c.obj"] {
+            let (folder, path) = place(name).ok().unwrap();
+            assert_eq!(path.parent(), Some(folder.path()));
+        }
+        for name in ["", "glb", "a", "a.exe", ".glb", "../.."] {
+            assert!(place(name).is_err(), "{name}");
+        }
     }
 }

@@ -131,10 +131,11 @@ impl Worker {
         let id = match &next {
             Next::Closed => return false,
             Next::Request(request) => Some(request.id()),
+            Next::Nothing if !self.owed => self.searching.as_ref().map(Search::id),
             Next::Event(_) | Next::Nothing => self.shown.as_ref().map(|draw| draw.id),
         };
         let work = catch_unwind(AssertUnwindSafe(|| match next {
-            Next::Request(request) => self.answer(request),
+            Next::Request(request) => self.answer(*request),
             Next::Event(event) => self.take(event),
             Next::Nothing if self.owed => self.pay(),
             Next::Nothing => self.advance(),
@@ -231,7 +232,7 @@ impl Worker {
         let hall = self.hall()?;
         let frame = |camera: &Camera| {
             let sight = Sight { camera: camera.clone(), size: [1, 1] };
-            sight.view(&hall).map(|view| view.frame)
+            sight.view(&hall.held).map(|view| view.frame)
         };
         let (from, to) = (frame(&follow.from)?, frame(&follow.to)?);
         let moved = |(light, said): (&lighting::Light, &Light)| Light {
@@ -264,6 +265,8 @@ impl Worker {
 
     fn draw(&mut self, draw: Draw) -> Result<()> {
         let hall = self.hall()?;
+        rig(&draw.look.lights)?;
+        draw.look.objective(&hall.settings().objective)?;
         let sight = draw.sight();
         self.resting = None;
         self.owed = false;
@@ -293,19 +296,15 @@ impl Worker {
         let (hall, mailbox) = (hall.clone(), Arc::clone(&self.mailbox));
         let id = self.shown.as_ref().map_or(0, |draw| draw.id);
         let failing = Arc::clone(&mailbox);
-        let studio = Arc::clone(&self.studio);
         let work = move |go_on: &(dyn Fn() -> bool + Sync)| {
-            std::thread::sleep(STILL);
-            if !go_on() {
-                return;
-            }
             let mut take = |stage| mailbox.tell(Event::Built(Box::new(stage)));
             match Stage::whole(&hall, &sight, go_on, &mut take) {
                 Ok(()) | Err(Error::Interrupted) => {}
                 Err(fault) => mailbox.tell(Event::Failed { id, message: fault.to_string() }),
             }
         };
-        Task::spawn(&studio, work, move |message| failing.tell(Event::Failed { id, message }))
+        let failed = move |message| failing.tell(Event::Failed { id, message });
+        Task::spawn((&self.studio, STILL), work, failed)
     }
 
     fn show_coarse(&mut self) -> Result<()> {
@@ -338,7 +337,7 @@ impl Worker {
         stage.took = micros(start);
         let fineness = (stage.fineness, stage.took);
         self.deliver(frame(draw.id, (Kind::Picture, 0), &picture, fineness))?;
-        self.send(Answer::Judged(judged))
+        self.send(Answer::Judged(Box::new(judged)))
     }
 
     /// Begins the final picture.
@@ -350,7 +349,7 @@ impl Worker {
         let Some(hall) = hall else { return Ok(()) };
         let (id, rig) = (draw.id, rig(&draw.look.lights)?);
         let view = match draw.rest {
-            Some(size) => Sight { size, ..stage.sight.clone() }.view(&hall)?,
+            Some(size) => Sight { size, ..stage.sight.clone() }.final_view(&hall.held)?,
             None => stage.view.clone(),
         };
         let occluders = hall.occluders(&stage.sight.camera, &view)?;
@@ -373,7 +372,7 @@ impl Worker {
             }
         };
         let failed = move |message| mailbox.tell(Event::Failed { id, message });
-        self.resting = Some(Task::spawn(&self.studio, work, failed));
+        self.resting = Some(Task::spawn((&self.studio, Duration::ZERO), work, failed));
         Ok(())
     }
 }
