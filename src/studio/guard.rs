@@ -1,6 +1,7 @@
 //! Who may speak to the server: pages of its own alone. It listens on the loopback interface, where every program and
 //! every page in a browser of this machine reaches it.
 
+use crate::{Error, Result};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
@@ -27,6 +28,34 @@ const HEADERS: [(header::HeaderName, &str); 5] = [
 /// Paths that need no token, as nothing private is there.
 const OPEN: [&str; 4] = ["/", "/studio.js", "/studio.css", "/icon.svg"];
 
+/// Environment variable with a token, for pages that are to stay open while the server is started again.
+pub const TOKEN_VARIABLE: &str = "KLIEG_STUDIO_TOKEN";
+
+/// Fewest characters of a token that is given: those of 128 bits in base 64.
+const LEAST_TOKEN: usize = 22;
+
+/// The token that is `given`, or a new one of 128 random bits.
+///
+/// # Errors
+/// [`Error::Argument`] for a short one, and for characters that addresses do not hold as they are.
+pub fn token(given: Option<String>) -> Result<String> {
+    let Some(token) = given else {
+        let mut token = String::new();
+        for byte in rand::random::<[u8; 16]>() {
+            // Writing to a string does not fail.
+            let _ = write!(token, "{byte:02x}");
+        }
+        return Ok(token);
+    };
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_".contains(&byte);
+    if token.len() < LEAST_TOKEN || !token.bytes().all(plain) {
+        return Err(Error::Argument(format!(
+            "{TOKEN_VARIABLE} must be {LEAST_TOKEN} or more letters, digits, '-' and '_'; without it each start has a new token"
+        )));
+    }
+    Ok(token)
+}
+
 /// What tells own pages from others.
 #[derive(Debug)]
 pub struct Guard {
@@ -35,13 +64,8 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// For a server at this port, with a new token of 128 random bits.
-    pub fn new(port: u16) -> Self {
-        let mut token = String::new();
-        for byte in rand::random::<[u8; 16]>() {
-            // Writing to a string does not fail.
-            let _ = write!(token, "{byte:02x}");
-        }
+    /// For a server at this port.
+    pub fn new(port: u16, token: String) -> Self {
         Self { token, hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")] }
     }
 
@@ -90,4 +114,21 @@ pub async fn guard(State(guard): State<Arc<Guard>>, request: Request, next: Next
         response.headers_mut().insert(name, HeaderValue::from_static(value));
     }
     response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tokens_are_random_or_given_and_long_enough() {
+        let (one, other) = (token(None).unwrap(), token(None).unwrap());
+        assert!(one != other && one.len() == 32);
+        let given = "a-token_of-22-letters0".to_string();
+        assert_eq!(token(Some(given.clone())).unwrap(), given);
+        for bad in ["", "short", "a-token_of-22-letters\u{e4}", "a token of 22 letters and more"] {
+            let fault = token(Some(bad.into())).unwrap_err().to_string();
+            assert!(fault.contains(TOKEN_VARIABLE), "{fault}");
+        }
+    }
 }

@@ -62,6 +62,7 @@ pub fn serve(
     end: impl Future<Output = ()> + Send + 'static,
 ) -> Result<()> {
     settings.check()?;
+    let token = guard::token(std::env::var(guard::TOKEN_VARIABLE).ok())?;
     let settings = settings.steered()?;
     let device = device::open(&settings.device, &settings)?;
     let scene = scene.map(|path| {
@@ -80,7 +81,7 @@ pub fn serve(
         let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
         let listener =
             TcpListener::bind(address).await.with_context(|| format!("listening on {address}"))?;
-        let guard = Arc::new(Guard::new(listener.local_addr()?.port()));
+        let guard = Arc::new(Guard::new(listener.local_addr()?.port(), token));
         ready(&guard.address())?;
         let serving = async { axum::serve(listener, server::router(studio, guard)).await };
         tokio::select! {

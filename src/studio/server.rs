@@ -24,6 +24,7 @@ pub fn router(studio: Arc<Studio>, own: Arc<Guard>) -> Router {
             asset("text/css; charset=utf-8", include_str!("../../studio/dist/studio.css")),
         )
         .route("/icon.svg", asset("image/svg+xml", include_str!("../../studio/dist/icon.svg")))
+        .route("/ping", get(async || StatusCode::NO_CONTENT))
         .route("/scene", post(upload::scene))
         .route("/save/{what}", post(save::save))
         .route("/socket", get(socket::open))

@@ -57,8 +57,11 @@ async function goOn(document: Document) {
     if (error instanceof Gone) throw error;
     answer = await handOver();
   }
+  const before = scene.value;
   scene.value = answer.scene;
-  if (answer.scene) renamed(answer.scene.id);
+  if (!answer.scene) return;
+  if (answer.scene.name === before?.name) renamed(answer.scene.id);
+  else begin(beginning(answer.scene, answer), "Opened");
 }
 
 /** Gives the server the file again, or takes the model of its command line. */

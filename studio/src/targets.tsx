@@ -13,12 +13,21 @@ const BINS = 64;
 const STRIDE = 3;
 const MOST_SPREAD = 0.5;
 
-/** Shares of the object's pixels by brightness, sRGB-encoded; pixels without an object do not count. */
-function histogram({ data }: ImageData): Float32Array {
+/** The colour behind the objects, that of all four corners; none where these differ. */
+function backgroundOf(pixels: Uint32Array, width: number): number | undefined {
+  const corners = [0, width - 1, pixels.length - width, pixels.length - 1].map((at) => pixels[at]);
+  return corners.every((pixel) => pixel === corners[0]) ? corners[0] : undefined;
+}
+
+/** Shares of the object's pixels by brightness, sRGB-encoded; what is behind it does not count. */
+function histogram({ data, width }: ImageData): Float32Array {
+  const pixels = new Uint32Array(data.buffer, data.byteOffset, data.byteLength / 4);
+  const background = backgroundOf(pixels, width);
   const bins = new Float32Array(BINS);
   let count = 0;
-  for (let at = 0; at < data.length; at += 4 * STRIDE) {
-    if (data[at + 3]! < 128) continue;
+  for (let pixel = 0; pixel < pixels.length; pixel += STRIDE) {
+    const at = 4 * pixel;
+    if (pixels[pixel] === background || data[at + 3]! < 128) continue;
     const luma = 0.2126 * data[at]! + 0.7152 * data[at + 1]! + 0.0722 * data[at + 2]!;
     bins[Math.min(BINS - 1, Math.floor((luma * BINS) / 256))]! += 1;
     count += 1;
