@@ -130,9 +130,9 @@ export async function aWrongTokenIsRefused({ browser, server }) {
   }
 }
 
-export async function aServerThatComesBackGetsTheDocument({ browser, program, model, small }) {
+export async function aServerThatComesBackGetsTheDocument({ browser, program, model, shadowed }) {
   const token = { KLIEG_STUDIO_TOKEN: "a-token-for-the-browser-tests" };
-  const first = await serve(program, [model, ...small], token);
+  const first = await serve(program, [model, ...shadowed], token);
   const { port } = new URL(first.address);
   const { page } = await open(browser, first.address);
   let second;
@@ -143,7 +143,7 @@ export async function aServerThatComesBackGetsTheDocument({ browser, program, mo
     const before = [await score(page), await directions(page)];
     await first.stop();
     await page.waitForSelector("[data-lost]", { timeout: WAIT });
-    second = await serve(program, [model, ...small, "--port", port], token);
+    second = await serve(program, [model, ...shadowed, "--port", port], token);
     await page.waitForSelector("[data-lost]", { hidden: true, timeout: WAIT });
     await atRest(page);
     assert.deepEqual(await directions(page), before[1]);
