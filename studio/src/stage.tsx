@@ -110,7 +110,7 @@ function Status() {
       <span class="brief">F {judged.main.value?.score.toFixed(4) ?? "–"}</span>
       {shown && <span>{shown.image.width} × {shown.image.height}, {quality}, {shown.milliseconds.toFixed(1)} ms</span>}
       {rate.value > 4 && shown?.quality !== 2 && <span>{rate.value} pictures a second</span>}
-      <span>{device}</span>
+      <span class="device">{device}</span>
       <ViewBar />
     </div>
   );
