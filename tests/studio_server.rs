@@ -202,11 +202,16 @@ fn ctrl_c_ends_it_at_once_and_well() {
     let mut server = Server::start(&place, BALL);
     let (mut page, opened) = server.page();
     page.send("search", with(&look(&opened), json!({ "action": "start" })));
+    let scene = std::fs::read(place.path("ball.gltf")).unwrap();
+    let posted = server.post("a.gltf", &scene).1;
+    page.ask("open", json!({ "scene": posted["id"] }), "opened");
+    assert_eq!(place.list("tmp").len(), 1);
     let begin = Instant::now();
     let pid = server.child.id().to_string();
     assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
     assert_eq!(server.child.wait().unwrap().code(), Some(0));
     assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
+    assert_eq!(place.list("tmp"), [""; 0], "what was posted is left behind");
 }
 
 #[test]

@@ -59,7 +59,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
     };
     ctrlc::set_handler(end).context("listening for Ctrl-C")?;
     let ready = |address: &str| {
-        print::out(format!("studio: {address}"))?;
+        print::out(format!("studio: {address}\n"))?;
         if !options.no_open
             && let Err(fault) = open::that_detached(address)
         {

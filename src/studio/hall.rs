@@ -8,6 +8,7 @@ use crate::scene::view::View;
 use crate::session::config::Settings;
 use crate::session::device::Opened;
 use rayon::ThreadPool;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// What all pages share.
@@ -18,6 +19,8 @@ pub struct Studio {
     pub device: Opened,
     /// The scenes.
     pub scenes: Scenes,
+    /// Folder of the scenes that are posted.
+    pub uploads: PathBuf,
     /// For work that no hand waits for: it has threads of its own, so that it never stands before what a hand waits for.
     pub background: ThreadPool,
 }

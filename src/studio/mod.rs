@@ -71,7 +71,11 @@ pub fn serve(
     });
     let scenes = Scenes::new(scene.transpose()?);
     let background = rayon::ThreadPoolBuilder::new().build().context("starting threads")?;
-    let studio = Arc::new(Studio { settings, device, scenes, background });
+    // It goes with this function, whatever pages' threads hold at the end.
+    let folder = tempfile::Builder::new().prefix("klieg-studio-").tempdir();
+    let folder = folder.context("making a folder for scenes")?;
+    let uploads = folder.path().to_owned();
+    let studio = Arc::new(Studio { settings, device, scenes, uploads, background });
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()

@@ -46,6 +46,8 @@ pub struct Search {
     /// Rigs that are measured at once.
     portion: usize,
     running: bool,
+    /// Whether small pictures tell it no more, and whole ones are not there yet.
+    waiting: bool,
     /// Whether it pauses after this generation.
     step: bool,
     finished: bool,
@@ -75,6 +77,7 @@ impl Search {
             scores: Vec::new(),
             portion: 1,
             running: false,
+            waiting: false,
             step: false,
             finished: false,
             told: None,
@@ -137,7 +140,8 @@ impl Search {
     fn is_settled(&self, settled: f32) -> bool {
         let progress = self.designer.progress();
         let spread = progress.worst - progress.best;
-        self.generations.is_none_or(|[_, first]| progress.generation >= first)
+        self.designer.ask().is_empty()
+            || self.generations.is_none_or(|[_, first]| progress.generation >= first)
             || spread <= settled * progress.best.abs()
     }
 
@@ -260,7 +264,9 @@ impl Worker {
 
     /// Whether a search wants to go on.
     pub(super) fn is_searching(&self) -> bool {
-        self.searching.as_ref().is_some_and(|search| search.running)
+        self.searching.as_ref().is_some_and(|search| {
+            search.running && !(search.waiting && self.is_coming(&sight(&search.asked)))
+        })
     }
 
     /// Goes on with the search for a little while.
@@ -276,13 +282,14 @@ impl Worker {
             return Ok(());
         }
         let settled = self.studio().settings.coarse.settled;
-        if search.small
-            && search.is_settled(settled)
-            && let Some(engine) = self.whole_engine(&search)?
-        {
-            search.refine(engine)?;
+        search.waiting = false;
+        if search.small && search.is_settled(settled) {
+            match self.whole_engine(&search)? {
+                Some(engine) => search.refine(engine)?,
+                None => search.waiting = self.is_coming(&sight(&search.asked)),
+            }
         }
-        if search.is_over() {
+        if search.is_over() && !search.waiting {
             search.finished = true;
         }
         if search.finished || search.step {

@@ -39,7 +39,7 @@ pub async fn scene(
     if declared.and_then(|length| length.parse().ok()).is_some_and(|length: u64| length > MOST) {
         return too_large();
     }
-    let (folder, path) = match place(&name) {
+    let (folder, path) = match place(&studio.uploads, &name) {
         Ok(place) => place,
         Err(message) => return fault(StatusCode::BAD_REQUEST, &message),
     };
@@ -56,12 +56,12 @@ fn too_large() -> Response {
 }
 
 /// A new folder and the file in it; it is called by a name of its own, whatever it was called before.
-fn place(name: &str) -> Result<(TempDir, PathBuf), String> {
+fn place(uploads: &Path, name: &str) -> Result<(TempDir, PathBuf), String> {
     let kind = Path::new(name).extension().map(|end| end.to_string_lossy().to_lowercase());
     let kind = kind.filter(|kind| KINDS.contains(&kind.as_str())).ok_or_else(|| {
         format!("'{name}' is no scene that klieg reads: there are .{}", KINDS.join(", ."))
     })?;
-    let folder = tempfile::Builder::new().prefix("klieg-studio-").tempdir();
+    let folder = tempfile::tempdir_in(uploads);
     let folder = folder.map_err(|error| format!("there is no place to keep the scene: {error}"))?;
     let path = folder.path().join(format!("scene.{kind}"));
     Ok((folder, path))
@@ -131,12 +131,14 @@ mod tests {
 
     #[test]
     fn files_are_called_by_names_of_klieg_s_own() {
+        let uploads = tempfile::tempdir().unwrap();
         for name in ["a.glb", "../../b.GLTF", "/etc/c.obj"] {
-            let (folder, path) = place(name).ok().unwrap();
+            let (folder, path) = place(uploads.path(), name).ok().unwrap();
             assert_eq!(path.parent(), Some(folder.path()));
+            assert_eq!(folder.path().parent(), Some(uploads.path()));
         }
         for name in ["", "glb", "a", "a.exe", ".glb", "../.."] {
-            assert!(place(name).is_err(), "{name}");
+            assert!(place(uploads.path(), name).is_err(), "{name}");
         }
     }
 }

@@ -191,6 +191,14 @@ impl Worker {
         &self.mailbox
     }
 
+    /// Whether the whole stage of that sight is on its way.
+    pub(super) fn is_coming(&self, sight: &Sight) -> bool {
+        let is_here = |stage: &Stage| stage.fineness == Fineness::Full;
+        self.building.is_some()
+            && self.shown.as_ref().is_some_and(|draw| draw.sight() == *sight)
+            && !self.whole.as_ref().is_some_and(is_here)
+    }
+
     /// The whole stage, where it is of that sight.
     pub(super) fn whole_of(&mut self, sight: &Sight) -> Option<&mut Stage> {
         self.whole.as_mut().filter(|stage| stage.sight == *sight)
@@ -245,7 +253,10 @@ impl Worker {
 
     fn take(&mut self, event: Event) -> Result<()> {
         match event {
-            Event::Failed { id, message } => self.send(Answer::Fault { id: Some(id), message }),
+            Event::Failed { id, message } => {
+                self.building = None;
+                self.send(Answer::Fault { id: Some(id), message })
+            }
             Event::Built(stage) => {
                 let wanted = self.shown.as_ref().is_some_and(|draw| draw.sight() == stage.sight);
                 if wanted {

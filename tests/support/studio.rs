@@ -24,6 +24,8 @@ impl Server {
         let mut command = Command::new(assert_cmd::cargo::cargo_bin("klieg"));
         command.arg("studio").args(arguments).args(["--no-open", "--device", "cpu"]);
         command.args(["--size", "64x48", "--generations", "12"]);
+        std::fs::create_dir_all(place.path("tmp")).unwrap();
+        command.env("TMPDIR", place.path("tmp"));
         command.current_dir(place.path("")).stdout(Stdio::piped()).stdin(Stdio::null());
         let mut child = command.spawn().unwrap();
         let mut line = String::new();

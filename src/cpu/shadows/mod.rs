@@ -435,6 +435,16 @@ mod tests {
     }
 
     #[test]
+    fn a_table_is_given_up_when_nobody_wants_it() {
+        let scene = boxes();
+        let (_, surface, occluders) = seen(&scene, 32);
+        let made =
+            |go_on: bool| table_while(&surface, Arc::clone(&occluders), &settings(15), &|| go_on);
+        assert!(made(true).unwrap() == table(&surface, Arc::clone(&occluders), &settings(15)));
+        assert!(matches!(made(false), Err(Error::Interrupted)));
+    }
+
+    #[test]
     fn directions_have_their_places() {
         for side in [3, 15, 31, 63] {
             for (at, d) in (0..side * side).map(|at| ([at % side, at / side], at)) {
