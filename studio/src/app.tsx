@@ -70,6 +70,7 @@ const Refused = () => (
     <h1>klieg studio</h1>
     <p>This address does not open the studio.</p>
     <p class="soft">Take the whole address that <code>klieg studio</code> has printed, with the token at its end. Each start has another one.</p>
+    {doc.value && <p>The server has been started again. Where it has the same port, open its new address in this tab, and your work goes on.</p>}
   </main>
 );
 

@@ -3,14 +3,17 @@ import { effect } from "@preact/signals";
 import { beginning, choose, doc, file, opened, scene } from "./document";
 import * as gallery from "./gallery";
 import { begin, cursor, entries } from "./history";
-import { token, upload } from "./http";
+import { upload } from "./http";
 import type { Document, Opened } from "./messages";
 import { busy, complain, say } from "./notices";
 import * as searching from "./searching";
 import { ask, Gone } from "./socket";
 
-/** Name of this tab's document, which is kept for when the page is loaded anew from the same server. */
-const KEY = `klieg-studio ${token}`;
+/** Name of this tab's document, which is kept for when the page is loaded anew. */
+const KEY = "klieg-studio";
+
+/** A document, and the name of the scene that it is of. */
+type Kept = { name: string; document: Document };
 
 /** Begins, or goes on with the page's document after the connection was lost. */
 export async function connected() {
@@ -31,17 +34,18 @@ async function ofServer(id: string | null): Promise<Opened> {
   return answer;
 }
 
-/** Opens a scene of the server's with a document of the page's, or with what the scene begins with. */
-async function open(document: Document | null, id: string | null = document?.scene ?? null) {
+/** Opens a scene of the server's, with a document that was kept where it is of that scene. */
+async function open(kept: Kept | null, id: string | null = kept?.document.scene ?? null) {
   const answer = await ofServer(id).catch((error: unknown) => {
-    // A document that was kept may be of a scene that the server no longer has.
-    if (document && !(error instanceof Gone)) return null;
+    // What was kept may be of a scene that the server no longer has.
+    if (kept && !(error instanceof Gone)) return null;
     throw error;
   });
   if (!answer) return open(null, null);
-  scene.value = answer.scene;
-  if (!answer.scene) return;
   const info = answer.scene;
+  scene.value = info;
+  if (!info) return;
+  const document = kept?.name === info.name ? kept.document : null;
   begin(document ?? beginning(info, answer), document ? "Reloaded" : "Opened");
   choose(0);
   say(`${info.name} is open.`);
@@ -110,17 +114,18 @@ export async function openFile(model: File) {
 export function beginRemembering() {
   effect(() => {
     const entry = entries.value[cursor.value];
+    const kept: Kept | null = entry && scene.value ? { name: scene.value.name, document: entry.document } : null;
     try {
-      if (entry) sessionStorage.setItem(KEY, JSON.stringify(entry.document));
+      if (kept) sessionStorage.setItem(KEY, JSON.stringify(kept));
     } catch {
       // A browser that keeps nothing begins anew.
     }
   });
 }
 
-function remembered(): Document | null {
+function remembered(): Kept | null {
   try {
-    return JSON.parse(sessionStorage.getItem(KEY) ?? "null") as Document | null;
+    return JSON.parse(sessionStorage.getItem(KEY) ?? "null") as Kept | null;
   } catch {
     return null;
   }

@@ -119,6 +119,20 @@ export async function tabsHaveTheirOwnDocuments({ browser, server }) {
   await other.page.close();
 }
 
+export async function aTabThatIsLoadedAgainGoesOn({ browser, server }) {
+  const { page, errors } = await open(browser, server.address);
+  await calm(page);
+  await drag(page, await middle(page, '[data-light="0"]'), [45, 40]);
+  await atRest(page);
+  const before = [await score(page), await directions(page)];
+  await page.reload();
+  await atRest(page);
+  assert.deepEqual([await score(page), await directions(page)], before);
+  assert.equal(await state(page), "idle", "no search begins by itself");
+  assert.deepEqual(errors, []);
+  await page.close();
+}
+
 export async function aWrongTokenIsRefused({ browser, server }) {
   const wrong = new URL(server.address);
   wrong.searchParams.set("token", "wrong");
