@@ -48,8 +48,8 @@ export function withHighlights(light: Light, share: number): Light {
   return { ...light, diffuse: most * Math.min(1, 2 - share), specular: most * Math.min(1, share) };
 }
 
-/** A new light, from the place that is farthest from all others. */
-export function added(lights: Light[], kind: Light["kind"]): Light {
+/** A new point light, from the place that is farthest from all others. */
+export function added(lights: Light[]): Light {
   const places: [number, number][] = [[40, -45], [40, 45], [15, 0], [45, 165], [45, -165], [-20, 60], [-20, -60]];
   const nearest = ([elevation, azimuth]: [number, number]) =>
     Math.max(-1, ...lights.map((light) => dot(light.direction, direction(elevation, azimuth))));
@@ -57,7 +57,7 @@ export function added(lights: Light[], kind: Light["kind"]): Light {
   const behind = Math.abs(place[1]) > 90;
   return {
     role: behind ? "rim" : lights.some(({ role }) => role === "key") ? "fill" : "key",
-    kind,
+    kind: "point",
     direction: direction(...place),
     distance: 3,
     diffuse: 0.5,

@@ -3,7 +3,7 @@ import { hexOf, KELVIN, kelvinOf, linearOf, ofKelvin } from "./colour";
 import { choose, chosen, doc, ofLight } from "./document";
 import { lock, remove } from "./dome";
 import { change, commit, edit } from "./history";
-import { Icon, IconButton } from "./icons";
+import { IconButton } from "./icons";
 import {
   added, highlights, intensityOf, KINDS, MOST, nameOf, roleTitle, ROLES, towards, withHighlights, withIntensity,
 } from "./light";
@@ -14,10 +14,10 @@ import { Slider, type SliderProps } from "./slider";
 
 const MOST_LIGHTS = 16;
 
-function add(kind: Light["kind"]) {
+function add() {
   if (!doc.value || doc.value.lights.length >= MOST_LIGHTS) return;
   interrupt();
-  change("Add light", (document) => ({ ...document, lights: [...document.lights, added(document.lights, kind)] }));
+  change("Add light", (document) => ({ ...document, lights: [...document.lights, added(document.lights)] }));
   choose(doc.value.lights.length - 1);
 }
 
@@ -169,22 +169,7 @@ export function Lights() {
     <section class="panel" aria-labelledby="lights-title">
       <div class="panel-head">
         <h2 id="lights-title">Lights</h2>
-        <label class="add">
-          <Icon name="add" />
-          <span>Add</span>
-          <select
-            aria-label="Add a light"
-            value=""
-            disabled={lights.length >= MOST_LIGHTS}
-            onChange={(event) => {
-              add(event.currentTarget.value as Light["kind"]);
-              event.currentTarget.value = "";
-            }}
-          >
-            <option value="" disabled hidden>Kind of light</option>
-            {KINDS.map(({ kind, title }) => <option key={kind} value={kind}>{title}</option>)}
-          </select>
-        </label>
+        <IconButton icon="add" label="Add a light" text="Add" disabled={lights.length >= MOST_LIGHTS} onClick={add} />
       </div>
       <ul class="lights">
         {lights.map((light, index) => <Row key={index} light={light} index={index} />)}

@@ -123,3 +123,26 @@ export async function theModelTurnsAndItsLightsStay({ browser, server }) {
   assert.ok(difference(before[0], await picture(page)) < 0.5, "back at the first view, the light is as before");
   await page.close();
 }
+
+export async function lightsAreAddedLockedAndRemoved({ browser, server }) {
+  const { page, errors } = await open(browser, server.address);
+  await calm(page);
+  const before = await picture(page);
+  const count = (await directions(page)).length;
+  await page.click('[aria-label="Add a light"]');
+  await atRest(page);
+  assert.equal((await directions(page)).length, count + 1);
+  assert.ok(difference(before, await picture(page)) > 0.5, "it is seen");
+  // The new light is the chosen one.
+  await page.select(".editor .choice:nth-of-type(2) select", "spot");
+  await page.waitForSelector('[aria-label="Cone, typed"]');
+  await page.focus(`[data-light="${count}"]`);
+  await page.keyboard.press("l");
+  assert.match((await directions(page))[count], /locked/);
+  await page.keyboard.press("Delete");
+  await atRest(page);
+  assert.equal((await directions(page)).length, count);
+  assert.ok(difference(before, await picture(page)) < 0.5);
+  assert.deepEqual(errors, []);
+  await page.close();
+}

@@ -43,7 +43,7 @@ export async function lightsStayInTheSceneWhenTheCameraTurns() {
 export async function intensitiesAndColoursAreKept() {
   const { added, highlights, withHighlights, withIntensity } = await load("light");
   const { hexOf, kelvinOf, linearOf, ofKelvin } = await load("colour");
-  const light = { ...added([], "spot"), diffuse: 0.4, specular: 0.1 };
+  const light = { ...added([]), diffuse: 0.4, specular: 0.1 };
   const bright = withIntensity(light, 1.2);
   assert.ok(close([bright.diffuse, bright.specular], [1.2, 0.3]));
   const back = withIntensity(withIntensity(light, 0), 0.4);
@@ -61,7 +61,7 @@ export async function intensitiesAndColoursAreKept() {
 export async function aNewLightComesFromWhereNoneIs() {
   const { added } = await load("light");
   const lights = [];
-  for (let count = 0; count < 5; count++) lights.push(added(lights, "point"));
+  for (let count = 0; count < 5; count++) lights.push(added(lights));
   assert.equal(lights[0].role, "key");
   const places = new Set(lights.map(({ direction }) => direction.map((x) => x.toFixed(2)).join()));
   assert.equal(places.size, 5);
