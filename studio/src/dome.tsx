@@ -8,7 +8,7 @@ import { change, commit, edit } from "./history";
 import { landscape, outdated } from "./landscape";
 import { inWords, intensityOf, MOST, nameOf, towards, withIntensity } from "./light";
 import { angles, clamp, direction, fromDisc, toDisc, wrapped, type Vec3 } from "./math";
-import type { Light } from "./messages";
+import type { Light, Mapped } from "./messages";
 import { interrupt } from "./searching";
 import { dark } from "./theme";
 
@@ -20,6 +20,9 @@ const STEP = { coarse: 2, fine: 0.25 };
 const FINE = 0.2;
 /** Share by which a notch of the wheel or a key changes the intensity, and with Shift. */
 const NOTCH = { coarse: 0.06, fine: 0.012 };
+
+/** Least gain of `F` that is spoken of. */
+const WORTHWHILE = 0.003;
 
 const move = (index: number, vector: Vec3) => edit(ofLight(index, (light) => towards(light, vector)));
 
@@ -171,18 +174,30 @@ const Rings = () => (
   </svg>
 );
 
+/** `F` of the map's cell in a direction; none outside its disc. */
+function cellAt({ values, columns, rows }: Mapped, direction: Vec3): number | null {
+  const [x, y] = toDisc(direction);
+  const column = clamp(Math.floor(((1 + x) / 2) * columns), 0, columns - 1);
+  const row = clamp(Math.floor(((1 - y) / 2) * rows), 0, rows - 1);
+  return values[row * columns + column] ?? null;
+}
+
+/** What the map says of the chosen light. Its `F` is of small pictures, so that differences alone can be told. */
 function Best() {
   const map = landscape.value;
-  if (!map || outdated.value) return <p class="note">Drag a light, or click where it shall stand. Scroll for intensity.</p>;
-  const lowest = map.values.reduce<number>((low, value) => (value === null ? low : Math.min(low, value)), Infinity);
+  const light = map && doc.value?.lights[map.light];
+  if (!light || outdated.value) return <p class="note">Drag a light, or click where it shall stand. Scroll for intensity.</p>;
+  const [here, best] = [cellAt(map, light.direction), cellAt(map, map.best)];
+  const gain = here !== null && best !== null ? here - best : 0;
+  if (gain < WORTHWHILE) return <p class="note">Light {map.light + 1} stands about where it makes F lowest.</p>;
   const take = () => {
     interrupt();
     choose(map.light);
-    change("Move to the best place", ofLight(map.light, (light) => towards(light, map.best)));
+    change("Move to the best place", ofLight(map.light, (old) => towards(old, map.best)));
   };
   return (
     <p class="note">
-      Lowest F here: about <b>{lowest.toFixed(3)}</b>{" "}
+      At the diamond F is lower by about <b>{gain.toFixed(3)}</b>.{" "}
       <button type="button" class="link" onClick={take}>
         Move light {map.light + 1} there
       </button>

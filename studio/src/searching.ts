@@ -43,7 +43,8 @@ function follow(answer: Progress) {
   const last = points.at(-1);
   const again = answer.evaluations < (progress.value?.evaluations ?? 0);
   if (again) before = last?.evaluations ?? 0;
-  const fresh = !last || again || small !== answer.small;
+  // The best of a search only falls, unless it is judged anew in other pictures.
+  const fresh = !last || again || small !== answer.small || answer.best > last.best + 1e-6;
   small = answer.small;
   const point = { evaluations: before + answer.evaluations, best: answer.best, fresh };
   // Before the first generation there is no best one.

@@ -101,6 +101,9 @@ function Frames() {
   );
 }
 
+const duration = (milliseconds: number) =>
+  milliseconds < 1000 ? `${milliseconds.toFixed(1)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
+
 function Status() {
   const shown = pictures.main.value;
   const quality = ["coarse", "full", "final, anti-aliased"][shown?.quality ?? 0];
@@ -108,7 +111,7 @@ function Status() {
   return (
     <div class="status">
       <span class="brief">F {judged.main.value?.score.toFixed(4) ?? "–"}</span>
-      {shown && <span>{shown.image.width} × {shown.image.height}, {quality}, {shown.milliseconds.toFixed(1)} ms</span>}
+      {shown && <span>{shown.image.width} × {shown.image.height}, {quality}, {duration(shown.milliseconds)}</span>}
       {rate.value > 4 && shown?.quality !== 2 && <span>{rate.value} pictures a second</span>}
       <span class="device">{device}</span>
       <ViewBar />
