@@ -17,6 +17,8 @@ const STILL: Record<Fineness, number> = { 0: 0, 1: 80, 2: 220 };
 const PATIENCE: Record<Fineness, number> = { 0: 10_000, 1: 120_000, 2: 300_000 };
 /** Most pixels of a final picture. */
 const MOST_PIXELS = 1_300_000;
+/** Steps in which its width follows the window's, pixels. */
+const COARSENESS = 64;
 const FULL = 1;
 const FINAL = 2;
 
@@ -33,10 +35,15 @@ export const standing = signal(false);
 /** Pictures of the last second. */
 export const rate = signal(0);
 
-/** What a side shall show, and of which document the last picture was of at least each quality. */
-type Wanted = { document: Document | null; shown: Record<Fineness, Document | null>; changed: number };
+/** What a side shall show, of which document pictures have come (of quality 0: have been asked for), and which is seen. */
+type Wanted = {
+  document: Document | null;
+  shown: Record<Fineness, Document | null>;
+  seen: { document: Document; quality: Fineness } | null;
+  changed: number;
+};
 
-const nothing = (): Wanted => ({ document: null, shown: { 0: null, 1: null, 2: null }, changed: 0 });
+const nothing = (): Wanted => ({ document: null, shown: { 0: null, 1: null, 2: null }, seen: null, changed: 0 });
 const wanted: Record<Side, Wanted> = { main: nothing(), other: nothing() };
 /** The draws whose pictures are still of interest. */
 const asked = new Map<number, { side: Side; document: Document; moved: number }>();
@@ -46,12 +53,12 @@ let timer = 0;
 let moved = 0;
 const shownAt: number[] = [];
 
-/** Size of the final picture: as many pixels as the window shows, within bounds. */
+/** Size of the final picture: about as many pixels as the window shows, within bounds. */
 const restSize = computed<[number, number] | null>(() => {
   if (!doc.value) return null;
   const [width, height] = doc.value.size;
   const most = Math.sqrt((MOST_PIXELS * width) / height);
-  const across = Math.round(Math.min(most, Math.max(width, shownWidth.value)));
+  const across = Math.round(Math.min(most, Math.max(width, COARSENESS * Math.ceil(shownWidth.value / COARSENESS))));
   return [across, Math.round((across * height) / width)];
 });
 
@@ -103,7 +110,7 @@ function want(side: Side, document: Document | null) {
   state.document = document;
   state.changed = performance.now();
   standing.value = false;
-  if (!document) pictures[side].value = judged[side].value = null;
+  if (!document) pictures[side].value = judged[side].value = state.seen = null;
   pump();
 }
 
@@ -146,7 +153,6 @@ function draw(side: Side, quality: Fineness) {
   const id = send({ type: "draw", size: document.size, at_rest: atRest, rest, ...look(document) });
   if (!id) return;
   if (shown[0] !== document) wanted[side].shown = { 0: document, 1: null, 2: null };
-  if (atRest) wanted[side].shown[FINAL] = document;
   for (const [old, { side: drawn }] of asked) if (drawn === side) asked.delete(old);
   asked.set(id, { side, document, moved: side === "main" ? moved : 0 });
   if (side === "main") moved = 0;
@@ -157,7 +163,14 @@ function draw(side: Side, quality: Fineness) {
 export function drawn({ id, image, quality, milliseconds }: Picture) {
   const draw = asked.get(id);
   if (!draw) return;
-  pictures[draw.side].value = { image, quality, milliseconds };
+  const { side, document } = draw;
+  const state = wanted[side];
+  // A finer picture of the same stays.
+  if (state.seen?.document !== document || quality >= state.seen.quality) {
+    pictures[side].value = { image, quality, milliseconds };
+    state.seen = { document, quality };
+  }
+  if (quality === FINAL) state.shown[FINAL] = document;
   if (draw.moved) measure(draw.moved);
   draw.moved = 0;
   count();
@@ -191,7 +204,12 @@ function settled(document: Document, score: number) {
 
 /** A draw that failed stands in nobody's way. */
 export function drawFailed(id: number | null) {
-  if (id === null || !asked.delete(id)) return;
+  const draw = id === null ? undefined : asked.get(id);
+  if (!draw || id === null) return;
+  asked.delete(id);
+  // It is not asked for again until something changes.
+  const { side, document } = draw;
+  wanted[side].shown = { 0: document, 1: document, 2: document };
   if (flight?.id === id) flight = null;
   pump();
 }

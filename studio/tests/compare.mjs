@@ -54,3 +54,22 @@ export async function alternativesAreShownAndTaken({ browser, server }) {
   assert.deepEqual(errors, []);
   await page.close();
 }
+
+/** Both pictures become final, also where the one is asked for while the other is made, and no coarser one takes their place. */
+export async function finalPicturesComeAndStay({ browser, ball }) {
+  const { page, errors } = await open(browser, ball.address);
+  await calm(page);
+  await page.select(".compare select", "headlight");
+  await drawn(page);
+  const qualities = () => [...document.querySelectorAll(".frame canvas")].map((canvas) => canvas.dataset.quality).join();
+  await page.waitForFunction(`(${qualities})() === "2,2"`, { timeout: WAIT });
+  await page.setViewport({ width: 1280, height: 720 });
+  const seen = new Set();
+  for (let look = 0; look < 20; look++) {
+    seen.add(await page.evaluate(qualities));
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+  assert.deepEqual([...seen], ["2,2"]);
+  assert.deepEqual(errors, []);
+  await page.close();
+}
