@@ -58,6 +58,8 @@ pub mod cli;
 pub mod report;
 #[cfg(feature = "cli")]
 pub mod session;
+#[cfg(feature = "studio")]
+pub mod studio;
 
 pub use error::{Error, Result};
 // In the versions that the library's interface speaks.

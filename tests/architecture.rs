@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// Rooms of the crate in their order; those of one row do not know each other. `gpu` measures with the
 /// references of `cpu`.
-const ROOMS: [&[&str]; 16] = [
+const ROOMS: [&[&str]; 17] = [
     &["error", "constants"],
     &["hash"],
     &["math"],
@@ -24,6 +24,7 @@ const ROOMS: [&[&str]; 16] = [
     &["study"],
     &["report"],
     &["session"],
+    &["studio"],
     &["c", "cli"],
 ];
 

@@ -23,6 +23,8 @@ pub mod readers;
 mod render;
 mod score;
 mod shell;
+#[cfg(feature = "studio")]
+mod studio;
 mod study;
 mod terms;
 mod thumbnail;
@@ -52,6 +54,8 @@ enum Command {
     /// Make the item on standard input, for 'klieg batch --isolate'
     #[command(hide = true)]
     BatchItem,
+    #[cfg(feature = "studio")]
+    Studio(studio::Options),
     Render(render::Options),
     Thumbnail(thumbnail::Options),
     Score(score::Options),
@@ -77,6 +81,8 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Command::Gallery(options) => gallery::run(&options),
         Command::Batch(options) => batch::run(&options),
         Command::BatchItem => batch::run_item(),
+        #[cfg(feature = "studio")]
+        Command::Studio(options) => studio::run(&options),
         Command::Render(options) => render::run(&options),
         Command::Thumbnail(options) => thumbnail::run(&options),
         Command::Score(options) => score::run(&options),

@@ -5,6 +5,7 @@
 //! do not depend on the number of threads.
 
 use super::bands::{Bands, Part, Shade};
+use super::compact::Band;
 use super::kernels::Tile;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection, check_scores};
 use crate::lighting::shading::Shading;
@@ -139,20 +140,23 @@ impl Evaluator for CpuEvaluator {
         let population = Population::of([rig])?;
         let mut picture = vec![0.0; self.maps.types.len()];
         let shade = self.bands.shade(&population, &self.maps);
-        let mut parts = vec![Part::default(); self.bands.bands.len()];
-        let mut at = self.bands.pixels.at.iter();
         let rigs = (population.records(), rig.len());
-        for (band, part) in self.bands.bands.iter().zip(&mut parts) {
+        let measured = |band: &Band| {
             self.with_room(shade, |room| {
+                let mut part = Part::default();
                 let shade = (shade, self.maps.shadows.as_ref());
-                self.bands.measure(band, rigs, shade, room, std::slice::from_mut(part));
+                self.bands.measure(band, rigs, shade, room, std::slice::from_mut(&mut part));
                 let own: &[f32] = bytemuck::cast_slice(room);
-                for (&i, &at) in own[band.own.clone()].iter().zip(&mut at) {
-                    picture[at as usize] = i;
-                }
-            });
+                (part, own[band.own.clone()].to_vec())
+            })
+        };
+        let measured: Vec<_> = self.bands.bands.par_iter().map(measured).collect();
+        let own = measured.iter().flat_map(|(_, own)| own);
+        for (&at, &i) in self.bands.pixels.at.iter().zip(own) {
+            picture[at as usize] = i;
         }
-        let statistics = self.bands.statistics(parts.iter(), population.records());
+        let parts = measured.iter().map(|(part, _)| part);
+        let statistics = self.bands.statistics(parts, population.records());
         let Quality { score, terms } = self.objective.quality(&statistics, &self.view);
         check_scores(&population, &[score])?;
         Ok(Inspection { score, terms, statistics, picture })

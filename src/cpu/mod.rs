@@ -27,8 +27,10 @@ mod evaluator;
 mod fast_math;
 mod kernels;
 mod neighbourhood;
+mod painter;
 
 pub use evaluator::{CpuEvaluator, device};
+pub use painter::Painter;
 
 use crate::objective::Objective;
 use crate::objective::maps::{Maps, PixelCounts, Surface};

@@ -256,6 +256,16 @@ impl Designer {
         self.batch.fill(&*self.search)
     }
 
+    /// Goes on with what the search holds at present, all of it scored anew, as more exact scores of the same landscape
+    /// come from here on: the search is no younger for it.
+    ///
+    /// # Errors
+    /// As [`Designer::of`].
+    pub fn refine(&mut self) -> Result<()> {
+        self.search.refine();
+        self.batch.fill(&*self.search)
+    }
+
     /// Takes note of a generation.
     fn count(&mut self, evaluations: usize) -> Result<()> {
         let Progress { generation, evaluations: before, .. } = self.progress;

@@ -133,10 +133,30 @@ impl Genome {
     pub fn new(roles: &[Role], kind: LightKind, boxes: &Boxes) -> Result<Self> {
         check_number(roles.len())?;
         let searched = roles.iter().map(|&role| Searched::new(role, roles, kind, boxes));
-        let searched: Vec<_> = searched.collect::<Result<_>>()?;
-        let bounds =
-            searched.iter().flat_map(|light| &light.genes).map(|gene| gene.range).collect();
-        Ok(Self { roles: roles.to_vec(), searched, bounds, fixed: Rig::new(), up: None })
+        Ok(Self::of(roles.to_vec(), searched.collect::<Result<_>>()?))
+    }
+
+    /// A codec for rigs like this one: each light keeps what its kind has no allele for, such as its colour, and the angle
+    /// that it covers seen from the scene's centre.
+    ///
+    /// # Errors
+    /// As [`Genome::new`].
+    pub fn like(rig: &[Light], boxes: &Boxes) -> Result<Self> {
+        check_number(rig.len())?;
+        let roles: Vec<Role> = rig.iter().map(|light| light.role).collect();
+        let like = |light: &Light| {
+            let searched = Searched::new(light.role, &roles, light.kind, boxes)?;
+            let size = Some(light.size / light.reach().unwrap_or(1.0));
+            Ok(Searched { light: *light, size, ..searched })
+        };
+        let searched = rig.iter().map(like).collect::<Result<_>>()?;
+        Ok(Self::of(roles, searched))
+    }
+
+    fn of(roles: Vec<Role>, searched: Vec<Searched>) -> Self {
+        let genes = searched.iter().flat_map(|light: &Searched| &light.genes);
+        let bounds = genes.map(|gene| gene.range).collect();
+        Self { roles, searched, bounds, fixed: Rig::new(), up: None }
     }
 
     /// The same with no searched light below the horizon: one that its box would put there is raised onto it.

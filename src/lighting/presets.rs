@@ -1,6 +1,7 @@
 //! Rigs that people use without looking at the scene: what a design is compared with.
 
 use super::{Light, LightKind, Rig, Role};
+use crate::{Error, Result};
 
 /// A rig that does not depend on the scene. All its lights are directional.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,6 +19,17 @@ pub enum Preset {
 impl Preset {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Headlight, Self::LightKit, Self::ThreePoint];
+
+    /// The preset of that name.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] that lists them.
+    pub fn named(name: &str) -> Result<Self> {
+        Self::ALL.into_iter().find(|preset| preset.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            Error::Argument(format!("there is no preset '{name}': the presets are {names}"))
+        })
+    }
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {

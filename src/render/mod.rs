@@ -113,6 +113,28 @@ pub fn draw_each(
     rigs: &[&[LightRecord]],
     settings: &Settings,
 ) -> Result<Vec<Picture>> {
+    draw_each_while(stage, rigs, settings, &|| true)
+}
+
+/// As [`draw`], as long as `go_on` says so, which is asked for every row.
+///
+/// # Errors
+/// As [`draw`], and [`Error::Interrupted`].
+pub fn draw_while(
+    stage: &Stage,
+    rig: &[LightRecord],
+    settings: &Settings,
+    go_on: &(dyn Fn() -> bool + Sync),
+) -> Result<Picture> {
+    Ok(draw_each_while(stage, &[rig], settings, go_on)?.swap_remove(0))
+}
+
+fn draw_each_while(
+    stage: &Stage,
+    rigs: &[&[LightRecord]],
+    settings: &Settings,
+    go_on: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<Picture>> {
     settings.check()?;
     stage.scene.check()?;
     stage.view.check()?;
@@ -120,7 +142,7 @@ pub fn draw_each(
     let (width, height) = (stage.view.width, stage.view.height);
     let mut drawn = vec![(RgbaImage::new(width, height), Counts::default()); rigs.len()];
     for tile in Tile::all([width, height], settings.side()) {
-        tile.draw(stage, rigs, settings, &mut drawn);
+        tile.draw((stage, settings), rigs, go_on, &mut drawn)?;
     }
     let samples = u64::from(width) * u64::from(height) * u64::from(settings.samples);
     let share = |count: u64, of: u64| (count as f64 / of.max(1) as f64) as f32;

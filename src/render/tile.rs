@@ -5,6 +5,7 @@ use super::{Settings, Stage};
 use crate::cpu::visibility;
 use crate::lighting::LightRecord;
 use crate::scene::view::View;
+use crate::{Error, Result};
 use glam::{DMat4, DVec3};
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
@@ -35,13 +36,19 @@ impl Tile {
     }
 
     /// Draws the tile into its place in the picture of each rig, and counts what it shows.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] as soon as `go_on` says no.
     pub fn draw(
         &self,
-        stage: &Stage,
+        (stage, settings): (&Stage, &Settings),
         rigs: &[&[LightRecord]],
-        settings: &Settings,
+        go_on: &(dyn Fn() -> bool + Sync),
         drawn: &mut [(RgbaImage, Counts)],
-    ) {
+    ) -> Result<()> {
+        if !go_on() {
+            return Err(Error::Interrupted);
+        }
         let side = settings.side();
         let surface = visibility::draw(stage.scene, &self.view(stage.view, side));
         let painter = Painter { stage, settings, surface: &surface };
@@ -53,9 +60,9 @@ impl Tile {
                 painter.samples([x, y], &mut samples);
                 pixels.extend(painter.pixel([left + x, top + y], &samples, rigs));
             }
-            pixels
+            go_on().then_some(pixels).ok_or(Error::Interrupted)
         };
-        let rows: Vec<_> = (0..height).into_par_iter().map(row).collect();
+        let rows: Vec<_> = (0..height).into_par_iter().map(row).collect::<Result<_>>()?;
         for (y, row) in (top..).zip(rows) {
             for (x, pixel) in (left..).zip(row.chunks_exact(rigs.len().max(1))) {
                 for ((image, counts), &(color, counted)) in drawn.iter_mut().zip(pixel) {
@@ -64,6 +71,7 @@ impl Tile {
                 }
             }
         }
+        Ok(())
     }
 
     /// The view of this tile alone, a pixel of it for each sample.

@@ -12,6 +12,7 @@ pub mod gpu;
 pub mod npm;
 pub mod reference;
 pub mod shapes;
+pub mod studio;
 pub mod surfaces;
 pub mod swiftshader;
 pub mod three;

@@ -12,8 +12,43 @@ pub fn run(tool: &str, script: &str, arguments: &[&Path]) -> Vec<u8> {
     output(Command::new("node").arg(folder.join(script)).args(arguments))
 }
 
+/// A copy of the project's folder `studio/` below the target folder, with the packages of its lock file, and no others.
+pub fn studio() -> PathBuf {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let (source, folder) = (crate::root().join("studio"), crate::temporary().join("studio"));
+    std::fs::create_dir_all(&folder).expect("a folder for the page's source");
+    for name in ["src", "tests"] {
+        let _ = std::fs::remove_dir_all(folder.join(name));
+        copy_folder(&source.join(name), &folder.join(name));
+    }
+    for name in ["package.json", "package-lock.json", ".npmrc", "tsconfig.json", "build.mjs"] {
+        std::fs::copy(source.join(name), folder.join(name)).expect("a file of the page's source");
+    }
+    let lock = std::fs::read(folder.join("package-lock.json")).expect("a lock file");
+    let installed = folder.join("node_modules").join("installed.json");
+    if std::fs::read(&installed).ok().as_ref() != Some(&lock) {
+        output(Command::new("npm").arg("ci").current_dir(&folder));
+        std::fs::write(installed, lock).expect("a copied lock file");
+    }
+    folder
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder of the page's source") {
+        let entry = entry.expect("an entry of that folder");
+        let copy = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy_folder(&entry.path(), &copy);
+        } else {
+            std::fs::copy(entry.path(), copy).expect("a copied file");
+        }
+    }
+}
+
 /// Runs a program and gives what it prints.
-fn output(command: &mut Command) -> Vec<u8> {
+pub fn output(command: &mut Command) -> Vec<u8> {
     let output = command.output().unwrap_or_else(|error| {
         panic!("{command:?}: {error}; these tests need Node.js 18 or later and npm")
     });

@@ -67,22 +67,72 @@ pub(super) fn color_in_lanes(
         let first = block * SHADE_BLOCK;
         for (rig, planes) in rigs.chunks_exact(lights).zip(planes.chunks_exact_mut(2 * stride)) {
             let room = &mut room[..groups.len()];
-            room.iter_mut().zip(colors).for_each(|((sum, _), color)| {
-                *sum = Sum { radiance: color.unlit, irradiance: [0.0; LANES] };
-            });
-            let surface = (groups, colors, first);
-            for light in rig {
-                match (brdf.is_gltf(), light.radius2 > 0.0) {
-                    (false, true) => add::<false, true>(surface, casting, light, room),
-                    (false, false) => add::<false, false>(surface, casting, light, room),
-                    (true, true) => add::<true, true>(surface, casting, light, room),
-                    (true, false) => add::<true, false>(surface, casting, light, room),
-                }
-            }
+            light_block((groups, colors, first), casting, rig, brdf, room);
             let (pictures, irradiances) = planes.split_at_mut(stride);
             let (pictures, irradiances) = (&mut pictures[first..], &mut irradiances[first..]);
             finish(room, pictures, irradiances);
         }
+    }
+}
+
+/// The colours of the groups under one rig: sRGB-encoded channels 0..=1, which are those of
+/// [`crate::cpu::population::color_picture`].
+#[multiversion(targets = "simd")]
+pub fn paint(
+    surface: (&[Group], &[ColorGroup]),
+    casting: &Casting,
+    rig: &[LightRecord],
+    brdf: Brdf,
+    painted: &mut [[Lanes; 3]],
+) {
+    let (groups, colors) = surface;
+    let mut room = [(Sum::default(), Interim::default()); SHADE_BLOCK];
+    let blocks = groups.chunks(SHADE_BLOCK).zip(colors.chunks(SHADE_BLOCK));
+    let blocks = blocks.zip(painted.chunks_mut(SHADE_BLOCK));
+    for (block, ((groups, colors), painted)) in blocks.enumerate() {
+        let room = &mut room[..groups.len()];
+        light_block((groups, colors, block * SHADE_BLOCK), casting, rig, brdf, room);
+        for ((sum, _), painted) in room.iter().zip(painted) {
+            for (radiance, encoded) in sum.radiance.iter().zip(painted) {
+                encode(radiance, encoded);
+            }
+        }
+    }
+}
+
+/// Adds up what a rig does in the groups of a block, the first of which is number `first`.
+#[inline(always)]
+fn light_block(
+    (groups, colors, first): (&[Group], &[ColorGroup], usize),
+    casting: &Casting,
+    rig: &[LightRecord],
+    brdf: Brdf,
+    room: &mut [(Sum, Interim)],
+) {
+    room.iter_mut().zip(colors).for_each(|((sum, _), color)| {
+        *sum = Sum { radiance: color.unlit, irradiance: [0.0; LANES] };
+    });
+    let surface = (groups, colors, first);
+    for light in rig {
+        match (brdf.is_gltf(), light.radius2 > 0.0) {
+            (false, true) => add::<false, true>(surface, casting, light, room),
+            (false, false) => add::<false, false>(surface, casting, light, room),
+            (true, true) => add::<true, true>(surface, casting, light, room),
+            (true, false) => add::<true, false>(surface, casting, light, room),
+        }
+    }
+}
+
+/// Clamps and sRGB-encodes, in passes as everything here.
+#[inline(always)]
+fn encode(linear: &Lanes, encoded: &mut Lanes) {
+    let mut exponents = [0.0; LANES];
+    for k in 0..LANES {
+        encoded[k] = clamp(linear[k]);
+        exponents[k] = srgb_exponent(encoded[k]);
+    }
+    for k in 0..LANES {
+        encoded[k] = srgb_encode(encoded[k], exponents[k]);
     }
 }
 

@@ -10,7 +10,7 @@ mod shadow;
 mod statistics;
 
 pub use appearance::{AppearanceSums, appearance, interior_detail, residual, tapped_detail};
-pub use color::shade_color;
+pub use color::{paint, shade_color};
 pub use histogram::histogram;
 pub use shade::shade;
 pub use shadow::Casting;

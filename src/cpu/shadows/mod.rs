@@ -14,6 +14,7 @@ use crate::objective::shadows::{
     BLOCK, ShadowSettings, Shadows, direction, row_words, solid_angle, words,
 };
 use crate::scene::occluders::{Occluders, RAYS, leave};
+use crate::{Error, Result};
 use beam::Tile;
 use glam::Vec3;
 use multiversion::multiversion;
@@ -30,6 +31,30 @@ const BATCH: usize = 1 << 14;
 /// The shadow table of what a view shows. Of a side that would take more than the settings' memory it has
 /// the largest that fits.
 pub fn table(surface: &Surface, occluders: Arc<Occluders>, settings: &ShadowSettings) -> Shadows {
+    made(surface, occluders, settings, &|| true)
+}
+
+/// As [`table`], as long as `go_on` says so, which is asked for every tile of pixels.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub fn table_while(
+    surface: &Surface,
+    occluders: Arc<Occluders>,
+    settings: &ShadowSettings,
+    go_on: &(dyn Fn() -> bool + Sync),
+) -> Result<Shadows> {
+    let table = made(surface, occluders, settings, go_on);
+    if go_on() { Ok(table) } else { Err(Error::Interrupted) }
+}
+
+/// The table, without the tiles for which `go_on` has said no.
+fn made(
+    surface: &Surface,
+    occluders: Arc<Occluders>,
+    settings: &ShadowSettings,
+    go_on: &(dyn Fn() -> bool + Sync),
+) -> Shadows {
     let object = surface.code.iter().map(|&code| code != 0);
     let side = settings.fitting_side(object.clone().filter(|object| *object).count() as u64);
     let mut shadows = Shadows::new(side, object, Arc::clone(&occluders));
@@ -39,6 +64,7 @@ pub fn table(surface: &Surface, occluders: Arc<Occluders>, settings: &ShadowSett
     for tiles in tiles.chunks(BATCH) {
         let made: Vec<_> = tiles
             .par_iter()
+            .filter(|_| go_on())
             .map(|pixels| {
                 let tile = Tile::new(surface, pixels);
                 (pixels, beam::trace(&tile, &tree, &directions, words(side)))
@@ -431,6 +457,16 @@ mod tests {
             !occluders.blocked(p + 0.001 * up, up, f32::INFINITY)
         };
         assert!(!open(-0.5) && open(0.5) && open(1.5));
+    }
+
+    #[test]
+    fn a_table_is_given_up_when_nobody_wants_it() {
+        let scene = boxes();
+        let (_, surface, occluders) = seen(&scene, 32);
+        let made =
+            |go_on: bool| table_while(&surface, Arc::clone(&occluders), &settings(15), &|| go_on);
+        assert!(made(true).unwrap() == table(&surface, Arc::clone(&occluders), &settings(15)));
+        assert!(matches!(made(false), Err(Error::Interrupted)));
     }
 
     #[test]

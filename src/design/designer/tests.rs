@@ -6,7 +6,7 @@ use crate::design::{self, Outcome};
 use crate::lighting::genome::Boxes;
 use crate::lighting::{Light, LightKind, LightRecord, Role};
 use crate::optimize::start::population;
-use crate::optimize::{Genetic, GeneticSettings, OPTIMIZERS, StartSettings};
+use crate::optimize::{Genetic, GeneticSettings, Heats, OPTIMIZERS, StartSettings};
 use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 use std::ops::ControlFlow;
@@ -158,6 +158,20 @@ fn settings_alone_end_a_search_and_it_can_be_woken() {
     assert!(tired < 500 && designer.ask().is_empty());
     designer.renew().unwrap();
     assert!(designer.advance(hills, 500).unwrap().generation >= tired + 3);
+}
+
+#[test]
+fn a_refined_search_goes_on_with_the_best_of_several() {
+    let heat = |seed| genetic(&genome(), GeneticSettings::endless(), seed).boxed();
+    let mut designer =
+        Designer::of(genome(), Box::new(Heats::new(vec![heat(1), heat(2)], 0.0))).unwrap();
+    designer.advance(&mut Hills::default(), 3).unwrap();
+    let (both, best) = (designer.ask().len(), designer.best());
+    // Of searches side by side the best goes on, with all that it holds.
+    designer.refine().unwrap();
+    assert!(designer.ask().len() < both && designer.progress().generation == 3);
+    answer(&mut designer);
+    assert!(designer.best().unwrap().1 <= best.unwrap().1);
 }
 
 #[test]

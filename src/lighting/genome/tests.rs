@@ -277,3 +277,23 @@ fn what_is_held_is_not_searched() {
     let one = Genome::new(&[Role::Key], LightKind::POINT, &boxes).unwrap();
     assert!(one.hold(0, &key, None).unwrap_err().to_string().contains("nothing is left"));
 }
+
+#[test]
+fn a_genome_like_a_rig_keeps_what_nothing_searches() {
+    let color = Color::of_linear([1.0, 0.5, 0.2]).unwrap();
+    let key = Light { distance: 2.0, size: 0.1, color, ..Light::default() };
+    let kind = LightKind::DIRECTIONAL;
+    let rim = Light { role: Role::Rim, kind, azimuth: 3.0, diffuse: 0.5, ..Light::default() };
+    let genome = Genome::like(&[key, rim], &Boxes::default()).unwrap();
+    let mut chromosome = genome.encode(&[key, rim]);
+    let rig = genome.decode(&chromosome);
+    assert_eq!((rig[0].color, rig[0].kind, rig[1].kind), (color, key.kind, kind));
+    assert!((rig[0].size - 0.1).abs() < 1e-6 && rig[1].size == 0.0);
+    let distance = genome.alleles(0).position(|allele| allele.name == "distance").unwrap();
+    chromosome[distance] = 4.0;
+    // The angle that it covers stays.
+    assert!((genome.decode(&chromosome)[0].size - 0.2).abs() < 1e-6);
+    assert!(Genome::like(&[], &Boxes::default()).is_err());
+    let own = Light { role: Role::Scene, ..key };
+    assert!(Genome::like(&[own], &Boxes::default()).is_err());
+}

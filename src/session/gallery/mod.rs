@@ -43,6 +43,9 @@ const JUDGED: u32 = 96;
 /// Most rigs that are taken over from a search.
 const TAKEN: usize = 2048;
 
+/// Rigs from anywhere with which a dispersion begins that no search was before.
+const SCATTERED: usize = 512;
+
 /// Share of a range in which rigs are near another.
 const NEAR: f32 = 0.15;
 
@@ -188,6 +191,20 @@ pub fn around(session: &mut Session, genome: &Genome, rig: &[Light]) -> Result<O
         progress: NOTHING,
         begin,
     })
+}
+
+/// All that a genome has, with a rig of it that is shown in any case, and no search before.
+pub fn from_anywhere(session: &Session, genome: &Genome, rig: &[Light]) -> Origin {
+    let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
+    let mut any = || genome.bounds().iter().map(|range| range.uniform(&mut rng)).collect();
+    Origin {
+        bounds: genome.bounds().to_vec(),
+        genome: genome.clone(),
+        first: rig.to_vec(),
+        others: (0..SCATTERED).map(|_| any()).collect(),
+        progress: NOTHING,
+        begin: Instant::now(),
+    }
 }
 
 /// Disperses what is good, `observe` being called after every generation, until the settings' time is over; then chooses
