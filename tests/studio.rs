@@ -43,7 +43,7 @@ fn what_is_shown_is_what_the_command_line_judges() {
     let (status, head, rig) = server.request("POST", "/save/rig", save.as_bytes());
     assert!(status == 200 && head.contains("filename=\"ball.rig.json\""), "{head}");
     std::fs::write(place.path("rig.json"), rig).unwrap();
-    let arguments = ["score", "ball.gltf", "--lights", "rig.json", "--size", "64x48", "--json"];
+    let arguments = ["score", "ball.gltf", "--rig", "rig.json", "--size", "64x48", "--json"];
     let output = place.klieg(&arguments).assert().success().get_output().clone();
     let score: Value = serde_json::from_slice(&output.stdout).unwrap();
     let score = score["score"].as_f64().unwrap();
