@@ -1,11 +1,10 @@
 //! `klieg studio` as a server: who may speak to it, what it bears, and how it ends.
 
 use klieg_support::common::Folder;
-use klieg_support::studio::{Said, Server, look, with};
+use klieg_support::studio::{Message, Said, Server, look, with};
 use serde_json::json;
 use std::process::Command;
 use std::time::{Duration, Instant};
-use tungstenite::Message;
 
 const BALL: &[&str] = &["ball.gltf"];
 
@@ -169,7 +168,7 @@ fn memory_stays_where_it_is() {
     };
     drag(300);
     let before = server.memory();
-    drag(1500);
+    drag(1000);
     let after = server.memory();
     assert!(after < before + (24 << 10), "{before} KiB, then {after} KiB");
 }

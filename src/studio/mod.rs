@@ -31,6 +31,7 @@ use crate::evaluate::DeviceInfo;
 use crate::session::config::Settings;
 use crate::session::device::{self, Opened};
 use anyhow::{Context, Result};
+use axum::serve::ListenerExt;
 use guard::Guard;
 use hall::Studio;
 use scenes::{Held, Scenes};
@@ -87,6 +88,12 @@ pub fn serve(
             TcpListener::bind(address).await.with_context(|| format!("listening on {address}"))?;
         let guard = Arc::new(Guard::new(listener.local_addr()?.port(), token));
         ready(&guard.address())?;
+        // A judgement follows its picture at once, rather than when the picture's arrival is confirmed.
+        let listener = listener.tap_io(|stream| {
+            if let Err(fault) = stream.set_nodelay(true) {
+                tracing::debug!("a socket waits for confirmations: {fault}");
+            }
+        });
         let serving = async { axum::serve(listener, server::router(studio, guard)).await };
         tokio::select! {
             served = serving => served.context("serving"),

@@ -105,7 +105,7 @@ fn make(studio: &Studio, held: &Held, what: &str, save: &Save) -> anyhow::Result
     })
 }
 
-/// A rig as `klieg score --lights` reads it.
+/// A rig as `klieg render --rig` reads it.
 fn written(rig: &Rig, view: &View) -> anyhow::Result<Vec<u8>> {
     let frame = &view.frame;
     let camera = json!({ "right": frame.right, "up": frame.up, "back": frame.back });

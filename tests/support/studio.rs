@@ -6,7 +6,8 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
-use tungstenite::{Message, WebSocket};
+pub use tungstenite::Message;
+use tungstenite::WebSocket;
 
 /// How long an answer may take.
 const PATIENCE: Duration = Duration::from_secs(120);
