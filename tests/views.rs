@@ -21,12 +21,12 @@ fn scene(name: &str) -> PathBuf {
 /// A small turntable on the CPU.
 fn settings(views: usize, over: Over) -> Settings {
     let mut settings = Settings { device: Device::Cpu, ..Settings::default() };
-    settings.view.size = Some(Size([40, 40]));
+    settings.view.size = Some(Size([36, 36]));
     settings.view.azimuth = Some(20.0);
     settings.views.cameras = Some(Cameras::Turntable(views));
     settings.views.over = over;
     settings.search.generations = 30;
-    settings.shadows.side = 15;
+    settings.shadows.side = 7;
     settings
 }
 

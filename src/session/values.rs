@@ -111,7 +111,7 @@ impl Times {
         let Self { start, end, step } = self;
         // Steps in decimal fractions reach the end but for rounding.
         let steps = f64::from(end - start) / f64::from(*step);
-        if *step > 0.0 { (steps + 1e-4) as usize + 1 } else { 1 }
+        if *step > 0.0 { (steps + 1e-4).min(1e6) as usize + 1 } else { 1 }
     }
 }
 
