@@ -203,7 +203,8 @@ mod tests {
     #[test]
     fn lights_that_cannot_be_are_refused() {
         let good = Light::of(&lighting::Light::default());
-        let faults: [(&str, fn(&mut Light)); 5] = [
+        type Spoil = fn(&mut Light);
+        let faults: [(&str, Spoil); 5] = [
             ("direction", |light| light.direction = [0.0; 3]),
             ("color", |light| light.color = [0.0; 3]),
             ("distance", |light| light.distance = -1.0),
