@@ -7,7 +7,7 @@ import { upload } from "./http";
 import type { Document, Opened } from "./messages";
 import { busy, complain, say } from "./notices";
 import * as searching from "./searching";
-import { ask, Gone } from "./socket";
+import { ask, connection, Gone } from "./socket";
 
 /** Name of this tab's document, which is kept for when the page is loaded anew. */
 const KEY = "klieg-studio";
@@ -19,12 +19,16 @@ type Kept = { name: string; document: Document };
 export async function connected() {
   searching.forget();
   gallery.forget();
+  let fresh = false;
   try {
     if (doc.value) await goOn(doc.value);
-    else await open(remembered());
+    else fresh = await open(remembered());
   } catch (error) {
-    if (!(error instanceof Gone)) complain(error);
+    if (error instanceof Gone) return;
+    complain(error);
   }
+  connection.value = "open";
+  if (fresh) searching.start();
 }
 
 async function ofServer(id: string | null): Promise<Opened> {
@@ -34,8 +38,8 @@ async function ofServer(id: string | null): Promise<Opened> {
   return answer;
 }
 
-/** Opens a scene of the server's, with a document that was kept where it is of that scene. */
-async function open(kept: Kept | null, id: string | null = kept?.document.scene ?? null) {
+/** Opens a scene of the server's, with a document that was kept where it is of that scene; whether it has no lights yet. */
+async function open(kept: Kept | null, id: string | null = kept?.document.scene ?? null): Promise<boolean> {
   const answer = await ofServer(id).catch((error: unknown) => {
     // What was kept may be of a scene that the server no longer has.
     if (kept && !(error instanceof Gone)) return null;
@@ -44,12 +48,12 @@ async function open(kept: Kept | null, id: string | null = kept?.document.scene 
   if (!answer) return open(null, null);
   const info = answer.scene;
   scene.value = info;
-  if (!info) return;
+  if (!info) return false;
   const document = kept?.name === info.name ? kept.document : null;
   begin(document ?? beginning(info, answer), document ? "Reloaded" : "Opened");
   choose(0);
   say(`${info.name} is open.`);
-  if (!document && !info.document && info.lights.length === 0) searching.start();
+  return !document && !info.document && info.lights.length === 0;
 }
 
 /** The server has been started again: it gets the scene and the document anew. */
@@ -103,8 +107,9 @@ export async function openFile(model: File) {
     const info = await sent(model);
     searching.forget();
     gallery.forget();
-    await open(null, info.id);
+    const fresh = await open(null, info.id);
     file.value = model;
+    if (fresh) searching.start();
   } catch (error) {
     if (!(error instanceof Gone)) complain(error);
   }

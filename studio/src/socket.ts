@@ -29,6 +29,7 @@ const MAGIC = 0x4b4c4753;
 const HEADER = 32;
 const RETRY = 1000;
 
+/** Open once the server knows what it is about; whoever is called by `connect` says so. */
 export const connection = signal<State>("connecting");
 
 let socket: WebSocket | null = null;
@@ -75,10 +76,7 @@ export function ask(request: Asked): Promise<Answer> {
 function attempt() {
   const link = new WebSocket(`ws://${location.host}/socket?token=${encodeURIComponent(token)}`);
   link.binaryType = "arraybuffer";
-  link.onopen = () => {
-    connection.value = "open";
-    onOpen();
-  };
+  link.onopen = () => onOpen();
   link.onmessage = ({ data }) => (typeof data === "string" ? answered(JSON.parse(data)) : pictured(data));
   link.onclose = () => void lost();
   socket = link;
