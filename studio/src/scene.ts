@@ -19,16 +19,14 @@ type Kept = { name: string; document: Document };
 export async function connected() {
   searching.forget();
   gallery.forget();
-  let fresh = false;
   try {
     if (doc.value) await goOn(doc.value);
-    else fresh = await open(remembered());
+    else await open(remembered());
   } catch (error) {
     if (error instanceof Gone) return;
     complain(error);
   }
   connection.value = "open";
-  if (fresh) searching.start();
 }
 
 async function ofServer(id: string | null): Promise<Opened> {
@@ -38,8 +36,8 @@ async function ofServer(id: string | null): Promise<Opened> {
   return answer;
 }
 
-/** Opens a scene of the server's, with a document that was kept where it is of that scene; whether it has no lights yet. */
-async function open(kept: Kept | null, id: string | null = kept?.document.scene ?? null): Promise<boolean> {
+/** Opens a scene of the server's, with a document that was kept where it is of that scene. */
+async function open(kept: Kept | null, id: string | null = kept?.document.scene ?? null): Promise<void> {
   const answer = await ofServer(id).catch((error: unknown) => {
     // What was kept may be of a scene that the server no longer has.
     if (kept && !(error instanceof Gone)) return null;
@@ -48,12 +46,13 @@ async function open(kept: Kept | null, id: string | null = kept?.document.scene 
   if (!answer) return open(null, null);
   const info = answer.scene;
   scene.value = info;
-  if (!info) return false;
+  if (!info) return;
   const document = kept?.name === info.name ? kept.document : null;
   begin(document ?? beginning(info, answer), document ? "Reloaded" : "Opened");
   choose(0);
   say(`${info.name} is open.`);
-  return !document && !info.document && info.lights.length === 0;
+  connection.value = "open";
+  if (!document && !info.document && info.lights.length === 0) searching.start();
 }
 
 /** The server has been started again: it gets the scene and the document anew. */
@@ -107,9 +106,8 @@ export async function openFile(model: File) {
     const info = await sent(model);
     searching.forget();
     gallery.forget();
-    const fresh = await open(null, info.id);
+    await open(null, info.id);
     file.value = model;
-    if (fresh) searching.start();
   } catch (error) {
     if (!(error instanceof Gone)) complain(error);
   }
