@@ -106,6 +106,8 @@ function Mark({ label, at, value, most, of, set, ...more }: MarkProps) {
   );
 }
 
+const percent = (share: number | undefined) => (share === undefined ? "–" : `${(100 * share).toFixed(1)} %`);
+
 export function Targets() {
   const canvas = useRef<HTMLCanvasElement>(null);
   const image = pictures.main.value?.image;
@@ -156,7 +158,7 @@ export function Targets() {
           </button>
         )}
       </p>
-      {measured && <p class="note">burnt out {(100 * measured.burnt).toFixed(1)} %, unlit {(100 * measured.unlit).toFixed(1)} %</p>}
+      <p class="note">burnt out {percent(measured?.burnt)}, unlit {percent(measured?.unlit)}</p>
     </div>
   );
 }

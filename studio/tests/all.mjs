@@ -1,5 +1,6 @@
 // Drives the page of a built klieg in headless Chromium: node all.mjs CHROMIUM KLIEG MODEL FOLDER [NAME]
 // MODEL is any model, FOLDER where screenshots and downloads go, NAME a part of the tests' names.
+import { writeFile } from "node:fs/promises";
 import { writeBall } from "./ball.mjs";
 import * as care from "./care.mjs";
 import * as hands from "./hands.mjs";
@@ -9,10 +10,13 @@ import * as units from "./units.mjs";
 import * as work from "./work.mjs";
 
 const [chromium, program, model, folder, wanted = ""] = process.argv.slice(2);
-// Unoptimised builds draw slowly, shadows above all.
-const plain = ["--device", "cpu", "--shadows", "off"];
+// Unoptimised builds draw slowly, shadows and many samples above all.
+const config = `${folder}/studio.toml`;
+await writeFile(config, "[picture]\nsamples = 1\n");
+const quick = ["--device", "cpu", "--config", config];
+const plain = [...quick, "--shadows", "off"];
 const small = [...plain, "--size", "256x256"];
-const shadowed = ["--device", "cpu", "--size", "128x128"];
+const shadowed = [...quick, "--size", "128x128"];
 const browser = await browse(chromium);
 const server = await serve(program, [model, ...small]);
 const ball = await serve(program, [await writeBall(folder), ...plain]);

@@ -1,6 +1,6 @@
 // By hand: the first picture, drags on the dome, clicks on the model, keys, undo.
 import assert from "node:assert/strict";
-import { atRest, calm, difference, directions, drag, middle, open, pause, picture, score, WAIT } from "./support.mjs";
+import { ALIKE, atRest, calm, difference, directions, drag, middle, open, pause, picture, score, WAIT } from "./support.mjs";
 
 const LIT = 8;
 
@@ -27,7 +27,7 @@ export async function draggingALightChangesFAndThePicture({ browser, server }) {
   await atRest(page);
   const after = [await score(page), await picture(page), await directions(page)];
   assert.notEqual(before[0], after[0]);
-  assert.ok(difference(before[1], after[1]) > 1, "the picture has changed");
+  assert.ok(difference(before[1], after[1]) > ALIKE, "the picture has changed");
   assert.notEqual(before[2][0], after[2][0]);
   assert.deepEqual(before[2].slice(1), after[2].slice(1));
 
@@ -37,7 +37,7 @@ export async function draggingALightChangesFAndThePicture({ browser, server }) {
   await atRest(page);
   assert.deepEqual(await directions(page), before[2]);
   assert.equal(await score(page), before[0]);
-  assert.ok(difference(before[1], await picture(page)) < 0.5, "undone, the picture is as before");
+  assert.ok(difference(before[1], await picture(page)) < ALIKE, "undone, the picture is as before");
   assert.deepEqual(errors, []);
   await page.close();
 }
@@ -113,14 +113,14 @@ export async function theModelTurnsAndItsLightsStay({ browser, server }) {
   const before = [await picture(page), await directions(page)];
   await drag(page, await middle(page, ".picture[role=application]"), [120, 30]);
   await atRest(page);
-  assert.ok(difference(before[0], await picture(page)) > 1);
+  assert.ok(difference(before[0], await picture(page)) > ALIKE);
   assert.notDeepEqual(await directions(page), before[1]);
   await page.focus(".picture[role=application]");
   await page.keyboard.press("Home");
   await atRest(page);
   await page.waitForFunction((old) => document.querySelector('[data-light="0"]').getAttribute("aria-valuetext") === old, { timeout: 5000 }, before[1][0]);
   await atRest(page);
-  assert.ok(difference(before[0], await picture(page)) < 0.5, "back at the first view, the light is as before");
+  assert.ok(difference(before[0], await picture(page)) < ALIKE, "back at the first view, the light is as before");
   await page.close();
 }
 
@@ -142,7 +142,7 @@ export async function lightsAreAddedLockedAndRemoved({ browser, server }) {
   await page.keyboard.press("Delete");
   await atRest(page);
   assert.equal((await directions(page)).length, count);
-  assert.ok(difference(before, await picture(page)) < 0.5);
+  assert.ok(difference(before, await picture(page)) < ALIKE);
   assert.deepEqual(errors, []);
   await page.close();
 }

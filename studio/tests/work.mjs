@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { mkdir, readdir, readFile, rm } from "node:fs/promises";
 import { join } from "node:path";
-import { atRest, calm, difference, directions, drag, middle, open, pause, picture, score, serve, WAIT } from "./support.mjs";
+import { ALIKE, atRest, calm, difference, directions, drag, middle, open, pause, picture, score, serve, WAIT } from "./support.mjs";
 
 const state = (page) => page.$eval("[data-search]", (element) => element.dataset.search);
 
@@ -69,7 +69,7 @@ export async function aSessionIsSavedAndOpenedAgain({ browser, server, folder })
   await calm(page);
   assert.equal(await score(page), before[0]);
   assert.deepEqual(await directions(page), before[1]);
-  assert.ok(difference(await picture(page), before[2]) < 0.5);
+  assert.ok(difference(await picture(page), before[2]) < ALIKE);
   assert.deepEqual(errors, []);
   await page.close();
 }
