@@ -148,7 +148,7 @@ check-python:
 # On a cluster of two workers on this machine; Ray is 300 MB with what it needs.
 test-ray: python-module
 	"$(PYTHON_ENV)/bin/pip" install --quiet --disable-pip-version-check -r python/requirements-ray.txt
-	cd python && "$(abspath $(PYTHON_ENV))/bin/pytest" tests/test_ray.py
+	"$(PYTHON_ENV)/bin/pytest" -c python/pyproject.toml --rootdir python python/tests/test_ray.py
 
 # In the Python of Blender's package, which `make judge` has too.
 test-blender: python-module $(JUDGE_ENV)/installed

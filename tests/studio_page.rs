@@ -52,7 +52,7 @@ fn people_light_a_model_in_the_browser() {
     let folder = npm::studio();
     let place = tempfile::tempdir().unwrap();
     let mut run = Command::new("node");
-    run.arg(folder.join("tests/all.mjs"))
+    run.arg(folder.join("tests").join("all.mjs"))
         .arg(browser::chromium())
         .arg(env!("CARGO_BIN_EXE_klieg"))
         .arg(root().join("scenes/elephant.glb"))
