@@ -1,7 +1,7 @@
 //! What page and server say to each other: JSON in text frames of a WebSocket. `studio/src/messages.ts` is made of these
 //! types; `docs/STUDIO_PROTOCOL.md` says when each is sent.
 //!
-//! Pictures are binary frames: [`PICTURE_HEADER`] bytes, then RGBA rows from the top.
+//! Pictures are binary frames: `PICTURE_HEADER` bytes, then RGBA rows from the top.
 
 use crate::lighting::{LightKind, Role};
 use crate::objective::Terms;
@@ -14,8 +14,8 @@ use ts_rs::TS;
 /// The first number of a picture's header, "KLGS" in the bytes of a big-endian number.
 pub const PICTURE_MAGIC: u32 = 0x4b4c_4753;
 
-/// Bytes of a picture's header: eight little-endian 32-bit numbers, which are [`PICTURE_MAGIC`], the request's id, width
-/// and height in pixels, kind (0 picture, 1 thumbnail), the thumbnail's index, [`Fineness`] and microseconds that it took.
+/// Bytes of a picture's header: eight little-endian 32-bit numbers, which are `PICTURE_MAGIC`, the request's id, width
+/// and height in pixels, kind (0 picture, 1 thumbnail), the thumbnail's index, `Fineness` and microseconds that it took.
 pub const PICTURE_HEADER: usize = 32;
 
 /// A camera that looks at a point, in world space with +Y upwards.
@@ -178,7 +178,7 @@ pub struct Open {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Draw {
-    /// See [`Open`].
+    /// See `Open`.
     pub id: u32,
     /// Width and height, pixels.
     pub size: [u32; 2],
@@ -196,7 +196,7 @@ pub struct Draw {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Map {
-    /// See [`Open`].
+    /// See `Open`.
     pub id: u32,
     /// Which light.
     pub light: u32,
@@ -215,7 +215,7 @@ pub struct Map {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Place {
-    /// See [`Open`].
+    /// See `Open`.
     pub id: u32,
     /// Which light.
     pub light: u32,
@@ -235,7 +235,7 @@ pub struct Place {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Pick {
-    /// See [`Open`].
+    /// See `Open`.
     pub id: u32,
     /// Pixel of the picture, from the left and from the top.
     pub pixel: [f32; 2],
@@ -249,7 +249,7 @@ pub struct Pick {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Search {
-    /// See [`Open`].
+    /// See `Open`.
     pub id: u32,
     /// What to do.
     pub action: Action,
@@ -270,7 +270,7 @@ pub struct Search {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Alternatives {
-    /// See [`Open`].
+    /// See `Open`.
     pub id: u32,
     /// How many, 2 to 24.
     pub count: u32,
@@ -285,7 +285,7 @@ pub struct Alternatives {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Preset {
-    /// See [`Open`].
+    /// See `Open`.
     pub id: u32,
     /// Name of a preset.
     pub name: String,
@@ -295,7 +295,7 @@ pub struct Preset {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 pub struct Follow {
-    /// See [`Open`].
+    /// See `Open`.
     pub id: u32,
     /// The camera in whose frame the lights are told.
     pub from: Camera,
@@ -310,23 +310,23 @@ pub struct Follow {
 #[cfg_attr(test, derive(TS))]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Request {
-    /// Answered by [`Answer::Opened`].
+    /// Answered by `Answer::Opened`.
     Open(Open),
-    /// Answered by pictures, and [`Answer::Judged`] for each but the final one.
+    /// Answered by pictures, and `Answer::Judged` for each but the final one.
     Draw(Draw),
-    /// Answered by [`Answer::Mapped`].
+    /// Answered by `Answer::Mapped`.
     Map(Map),
-    /// Answered by [`Answer::Placed`] or [`Answer::Missed`].
+    /// Answered by `Answer::Placed` or `Answer::Missed`.
     Place(Place),
-    /// Answered by [`Answer::Picked`].
+    /// Answered by `Answer::Picked`.
     Pick(Pick),
-    /// Answered by [`Answer::Progress`], at most ten a second.
+    /// Answered by `Answer::Progress`, at most ten a second.
     Search(Search),
-    /// Answered by [`Answer::Alternative`] with a thumbnail each, then [`Answer::AlternativesDone`].
+    /// Answered by `Answer::Alternative` with a thumbnail each, then `Answer::AlternativesDone`.
     Alternatives(Alternatives),
-    /// Answered by [`Answer::Rig`].
+    /// Answered by `Answer::Rig`.
     Preset(Preset),
-    /// Answered by [`Answer::Rig`].
+    /// Answered by `Answer::Rig`.
     Follow(Follow),
 }
 

@@ -1,8 +1,8 @@
 //! `klieg studio`: a server on the loopback interface, and the page in which people light a model by hand and by search.
 //!
 //! The page owns the document, which is scene, camera, lights, weights and targets; the server computes. Each page has a
-//! socket and a thread of its own ([`worker`]); they share scenes and device ([`hall`]). What is shown is what is judged:
-//! picture and score come from one stored surface and one shadow table ([`stage`]). `docs/STUDIO_PROTOCOL.md` has the protocol.
+//! socket and a thread of its own (`worker`); they share scenes and device (`hall`). What is shown is what is judged:
+//! picture and score come from one stored surface and one shadow table (`stage`). `docs/STUDIO_PROTOCOL.md` has the protocol.
 
 mod alternatives;
 pub mod answers;

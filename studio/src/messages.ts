@@ -163,7 +163,7 @@ id: number,
 scene: string | null, };
 export type Draw = { 
 /**
- * See [`Open`].
+ * See `Open`.
  */
 id: number, 
 /**
@@ -196,7 +196,7 @@ weights: Record<string, number>,
 targets: Targets, };
 export type Map = { 
 /**
- * See [`Open`].
+ * See `Open`.
  */
 id: number, 
 /**
@@ -233,7 +233,7 @@ weights: Record<string, number>,
 targets: Targets, };
 export type Place = { 
 /**
- * See [`Open`].
+ * See `Open`.
  */
 id: number, 
 /**
@@ -262,7 +262,7 @@ camera: Camera,
 lights: Array<Light>, };
 export type Pick = { 
 /**
- * See [`Open`].
+ * See `Open`.
  */
 id: number, 
 /**
@@ -279,7 +279,7 @@ size: [number, number],
 camera: Camera, };
 export type Search = { 
 /**
- * See [`Open`].
+ * See `Open`.
  */
 id: number, 
 /**
@@ -316,7 +316,7 @@ weights: Record<string, number>,
 targets: Targets, };
 export type Alternatives = { 
 /**
- * See [`Open`].
+ * See `Open`.
  */
 id: number, 
 /**
@@ -345,7 +345,7 @@ weights: Record<string, number>,
 targets: Targets, };
 export type Preset = { 
 /**
- * See [`Open`].
+ * See `Open`.
  */
 id: number, 
 /**
@@ -354,7 +354,7 @@ id: number,
 name: string, };
 export type Follow = { 
 /**
- * See [`Open`].
+ * See `Open`.
  */
 id: number, 
 /**
