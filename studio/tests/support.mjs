@@ -32,7 +32,7 @@ export async function serve(program, options, environment = {}) {
 
 export async function browse(executablePath) {
   const args = ["--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"];
-  return puppeteer.launch({ executablePath, args, timeout: 60_000, protocolTimeout: 120_000 });
+  return puppeteer.launch({ executablePath, args, timeout: 60_000, protocolTimeout: 300_000 });
 }
 
 /** Opens the page in a tab; what goes wrong in it is gathered in `errors`. */
