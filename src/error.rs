@@ -5,6 +5,13 @@ use std::path::PathBuf;
 /// The library's result.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
+/// The words of a panic, where it has any.
+#[cfg(any(feature = "c", feature = "cli"))]
+pub(crate) fn panic_words(panic: &(dyn std::any::Any + Send)) -> Option<&str> {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+}
+
 /// What can go wrong in the library; [`Error::is_input`] tells the caller's faults from the rest.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

@@ -2,9 +2,9 @@
 
 use super::error::*;
 use crate::Error;
+use crate::error::panic_words;
 use ash::vk;
 use bytemuck::Zeroable;
-use std::any::Any;
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -92,13 +92,11 @@ fn c_text(text: &str) -> CString {
 /// Runs `work`; a panic becomes a fault.
 fn caught<T>(work: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-        Err(Fault::new(KLIEG_ERROR_INTERNAL, format!("klieg panicked: {}", said(&*panic))))
+        Err(Fault::new(
+            KLIEG_ERROR_INTERNAL,
+            format!("klieg panicked: {}", panic_words(&*panic).unwrap_or("no message")),
+        ))
     })
-}
-
-fn said(panic: &(dyn Any + Send)) -> &str {
-    let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
 }
 
 /// Leaves the message with the thread.

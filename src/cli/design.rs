@@ -4,7 +4,7 @@ use super::checkpoint::{self, CheckpointOptions};
 use super::config::Settings;
 use super::designer;
 use super::device;
-use super::options::{SceneOptions, SearchOptions, TargetOptions};
+use super::options::{SceneOptions, SearchOptions, TargetOptions, completed};
 use super::painter;
 use super::picture::PictureOptions;
 use super::print;
@@ -61,10 +61,8 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.scene.settings_of(profile::DEFAULT, &self.views)?;
-        self.target.apply(&mut settings);
-        self.search.apply(&mut settings)?;
-        self.picture.apply(&mut settings);
+        let settings = self.scene.settings_of(profile::DEFAULT, &self.views)?;
+        let settings = completed(settings, (&self.target, &self.search, &self.picture))?;
         let pictures = self.target_picture.is_some() || self.strokes.is_some();
         if settings.has_views() && (self.alternatives.is_some() || pictures) {
             let fault = "--alternatives, --target-picture and --strokes look at one view: they do not go with several views";

@@ -3,7 +3,7 @@
 use super::config::Settings;
 use super::design::{generations, progress_bar};
 use super::device;
-use super::options::{SceneOptions, SearchOptions, TargetOptions};
+use super::options::{SceneOptions, SearchOptions, TargetOptions, completed};
 use super::picture::PictureOptions;
 use super::print;
 use super::progress::Interrupt;
@@ -52,11 +52,8 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.scene.settings(profile::DEFAULT)?;
-        self.target.apply(&mut settings);
-        self.search.apply(&mut settings)?;
-        self.picture.apply(&mut settings);
-        Ok(settings)
+        let settings = self.scene.settings(profile::DEFAULT)?;
+        completed(settings, (&self.target, &self.search, &self.picture))
     }
 
     fn wanted(&self) -> Wanted {

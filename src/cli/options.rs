@@ -5,6 +5,7 @@ use super::input::SceneFile;
 use super::intent::IntentOptions;
 use super::lights::{Intensities, LightOptions, kinds};
 use super::optimizer::OptimizerName;
+use super::picture::PictureOptions;
 use super::profile::ProfileOptions;
 use super::values::{Device, Lights, Size, Times, Weights};
 use super::views::ViewsOptions;
@@ -219,6 +220,20 @@ pub(super) struct SearchOptions {
     seed: Option<u64>,
     #[command(flatten)]
     intent: IntentOptions,
+}
+
+/// The settings with the options of what searches lights and draws final pictures.
+///
+/// # Errors
+/// As [`SearchOptions::apply`].
+pub(super) fn completed(
+    mut settings: Settings,
+    (target, search, picture): (&TargetOptions, &SearchOptions, &PictureOptions),
+) -> Result<Settings> {
+    target.apply(&mut settings);
+    search.apply(&mut settings)?;
+    picture.apply(&mut settings);
+    Ok(settings)
 }
 
 impl SceneOptions {

@@ -1,7 +1,7 @@
 //! `klieg studio`: a page in which people light a model by hand and by search.
 
 use super::input::SceneFile;
-use super::options::{LookOptions, SearchOptions, TargetOptions};
+use super::options::{LookOptions, SearchOptions, TargetOptions, completed};
 use super::picture::PictureOptions;
 use super::print;
 use crate::design::profile;
@@ -38,11 +38,8 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.look.settings(profile::DEFAULT)?;
-        self.target.apply(&mut settings);
-        self.search.apply(&mut settings)?;
-        self.picture.apply(&mut settings);
-        Ok(settings)
+        let settings = self.look.settings(profile::DEFAULT)?;
+        completed(settings, (&self.target, &self.search, &self.picture))
     }
 }
 

@@ -10,6 +10,7 @@ use super::values::{Device, Size};
 use super::{designer, device};
 use crate::design::profile;
 use crate::report;
+use crate::scene::view::shrunk;
 use anyhow::Result;
 use clap::Args;
 use std::ops::ControlFlow;
@@ -67,10 +68,8 @@ pub(super) fn run(options: &Options) -> Result<()> {
 }
 
 /// Lets the search be short, with pictures of the shape of `size`.
-fn shorten(settings: &mut Settings, Size([width, height]): Size) {
-    let scale = (f64::from(JUDGED) / f64::from(width.max(height))).min(1.0);
-    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
-    settings.view.size = Some(Size([side(width), side(height)]));
+fn shorten(settings: &mut Settings, Size(size): Size) {
+    settings.view.size = Some(Size(shrunk(size, JUDGED)));
     settings.device = Device::Cpu;
     settings.search.population = POPULATION;
     settings.search.generations = GENERATIONS;

@@ -59,10 +59,7 @@ impl CoarseSettings {
         if self.side == 0 || self.side > longest / 3 {
             return Ok(None);
         }
-        let scale = f64::from(self.side) / f64::from(longest);
-        let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
-        let (width, height) = (side(whole.width), side(whole.height));
-        Ok(Some(View::new(scene, whole.camera.clone(), width, height)?))
+        whole.shrunk(scene, self.side).map(Some)
     }
 }
 

@@ -3,7 +3,7 @@
 
 use crate::Result;
 use crate::error::within;
-use crate::lighting::genome::{Boxes, RoleBox};
+use crate::lighting::genome::{Boxes, Genome, RoleBox};
 use crate::math::range::Range;
 use crate::objective::{Objective, Term};
 use crate::scene::view::View;
@@ -145,6 +145,14 @@ impl Intent {
             weigh(objective, "unlit", STEP_UNLIT.powf(self.contrast.max(0.0)))?;
         }
         Ok(())
+    }
+
+    /// The genome with the horizon of `view`, where lights may not stand below it.
+    ///
+    /// # Errors
+    /// As [`Genome::above_horizon`].
+    pub fn bound(&self, genome: Genome, view: &View) -> Result<Genome> {
+        if self.below { Ok(genome) } else { genome.above_horizon(up(view)) }
     }
 }
 

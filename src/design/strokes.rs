@@ -4,7 +4,7 @@
 //! which the term `target` compares with.
 
 use crate::lighting::genome::Genome;
-use crate::lighting::{Light, Rig, angles};
+use crate::lighting::{Light, Rig, mirrored};
 use crate::math::range::Range;
 use crate::objective::maps::{Maps, PixelType};
 use crate::scene::TextureLevel;
@@ -109,18 +109,7 @@ fn placed(light: &Light, stroke: &[usize], maps: &Maps, view: &View) -> Light {
     let position = mean(&maps.surface.position);
     let to_viewer = view.towards_viewer(position);
     let normal = mean(&maps.surface.normal).try_normalize().unwrap_or(to_viewer);
-    let towards = 2.0 * normal.dot(to_viewer) * normal - to_viewer;
-    let place = match light.reach() {
-        // Where the ray from the surface leaves the sphere of that radius.
-        Some(reach) => {
-            let along = position.dot(towards);
-            let inside = along * along - position.length_squared() + reach * reach;
-            position + towards * (inside.max(0.0).sqrt() - along)
-        }
-        None => towards,
-    };
-    let (elevation, azimuth) = angles(place);
-    Light { elevation, azimuth, ..*light }
+    light.seen_from(position, mirrored(normal, to_viewer))
 }
 
 /// Ascending pixels of a picture so wide in parts that touch, corners included; the largest first.

@@ -190,6 +190,24 @@ impl Light {
         Self { elevation, azimuth, distance, size, aim: self.aim.map(turned), ..*self }
     }
 
+    /// The light on its way `towards` from a place, a unit vector and light frame, at its own distance from the scene's
+    /// centre; one that cannot be there stands in that direction from the centre. What is aimed is aimed at the place.
+    #[must_use]
+    pub fn seen_from(&self, place: Vec3, towards: Vec3) -> Self {
+        let stands = match self.reach() {
+            None => towards,
+            Some(reach) => {
+                // |place + t·towards| = R, the farther one of both.
+                let along = place.dot(towards);
+                let root = along * along - place.length_squared() + reach * reach;
+                if root > 0.0 { place + towards * (root.sqrt() - along) } else { towards }
+            }
+        };
+        let (elevation, azimuth) = angles(stands);
+        let aim = self.aim.map(|_| (place - stands).normalize_or(-towards));
+        Self { elevation, azimuth, aim, ..*self }
+    }
+
     /// What the evaluators read.
     pub fn record(&self) -> LightRecord {
         let (reach, radius2) = self.reach().map_or((1.0, 0.0), |reach| (reach, reach * reach));
@@ -209,6 +227,12 @@ impl Light {
         let (cone_scale, cone_offset) = self.cone.falloff();
         LightRecord { cone_scale, cone_offset, axis: self.axis().to_array(), ..plain }
     }
+}
+
+/// Where light comes from whose highlight falls on a surface of the unit normal `n`, seen along the unit vector `v` towards
+/// the viewer: `2(n·v)n − v` (Poulin and Fournier 1992).
+pub fn mirrored(n: Vec3, v: Vec3) -> Vec3 {
+    2.0 * n.dot(v) * n - v
 }
 
 /// Unit vector of an elevation and an azimuth, radians, in the light frame.

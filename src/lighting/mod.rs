@@ -10,7 +10,7 @@ pub mod shading;
 
 pub use color::{Color, KELVIN};
 pub use kinds::LightKind;
-pub use light::{Cone, Light, Role, Stand, angles, direction};
+pub use light::{Cone, Light, Role, Stand, angles, direction, mirrored};
 
 use crate::constants;
 use crate::math::frame::Change;

@@ -129,7 +129,7 @@ impl Objective {
     }
 
     /// Whether the background and the example that a term needs are given.
-    fn can_measure(&self, term: &Term) -> bool {
+    pub(crate) fn can_measure(&self, term: &Term) -> bool {
         (!term.needs.background || self.background.is_some())
             && (!term.needs.example || self.example.is_some())
     }

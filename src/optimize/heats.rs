@@ -1,7 +1,8 @@
 //! Searches side by side, of which the best goes on: in a landscape of many valleys a population decides early for one of
 //! them, so that where scores are cheap it pays to look into several.
 
-use super::Optimizer;
+use super::{Optimizer, Setup, create};
+use crate::Result;
 
 /// Searches that are asked together until [`Optimizer::refine`] leaves the one with the lowest score.
 #[derive(Debug, Clone)]
@@ -13,6 +14,29 @@ pub struct Heats {
     settled: f32,
     asked: Vec<Vec<f32>>,
     scores: Vec<f32>,
+}
+
+/// `count` searches of the optimizer that is called `name`, each with a stream of random numbers of its own: side by
+/// side, or the one alone.
+///
+/// # Errors
+/// As [`create`].
+pub fn side_by_side(
+    name: &str,
+    setup: &Setup<'_>,
+    count: u32,
+    settled: f32,
+) -> Result<Box<dyn Optimizer>> {
+    let search = |stream| {
+        let mut setup = setup.clone();
+        setup.rng.set_stream(stream);
+        create(name, setup)
+    };
+    if count == 1 {
+        return create(name, setup.clone());
+    }
+    let searches = (0..u64::from(count)).map(search).collect::<Result<_>>()?;
+    Ok(Box::new(Heats::new(searches, settled)))
 }
 
 impl Heats {

@@ -24,7 +24,7 @@ pub use best::Best;
 pub use bipop::Bipop;
 pub use descent::{Descent, DescentSettings, GreedySettings};
 pub use genetic::{Genetic, GeneticSettings, MAX_POPULATION};
-pub use heats::Heats;
+pub use heats::{Heats, side_by_side};
 pub use random::Random;
 pub use recorded::{Record, Recorded};
 pub use restarts::Restarts;

@@ -117,6 +117,15 @@ impl View {
         })
     }
 
+    /// The same view of the scene in pictures whose longer side has so many pixels at most.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn shrunk(&self, scene: &Scene, longest: u32) -> Result<Self> {
+        let [width, height] = shrunk([self.width, self.height], longest);
+        Self::new(scene, self.camera.clone(), width, height)
+    }
+
     /// Whether the fields are within their bounds: the picture's size as for [`View::new`], a light frame
     /// with a radius in [`RADII`], and finite numbers. Whatever draws or measures a view asks for it.
     ///
@@ -210,6 +219,17 @@ fn vertices(scene: &Scene) -> impl ParallelIterator<Item = DVec3> {
             instance.world.transform_point3(position)
         })
     })
+}
+
+/// Width and height of the same proportions, of which the longer is `longest` and none is 0.
+pub fn proportional([width, height]: [u32; 2], longest: u32) -> [u32; 2] {
+    let scale = f64::from(longest) / f64::from(width.max(height));
+    [width, height].map(|side| ((f64::from(side) * scale).round() as u32).max(1))
+}
+
+/// The same, but never larger than they are.
+pub fn shrunk(size: [u32; 2], longest: u32) -> [u32; 2] {
+    proportional(size, longest.min(size[0].max(size[1])))
 }
 
 /// Clip space from eye space (axes of the light frame, scene radii), depth reversed.

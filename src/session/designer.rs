@@ -9,7 +9,7 @@ use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
 use crate::lighting::{Light, MAX_LIGHTS, Rig, Role, Stand};
-use crate::optimize::{self, Heats, Optimizer, Record, Recorded, Setup};
+use crate::optimize::{self, Optimizer, Record, Recorded, Setup};
 use crate::render::Picture;
 use crate::report::gallery::Thumbnail;
 use crate::report::html::{Sheet, Shown, light_ratio};
@@ -91,16 +91,7 @@ pub(super) fn optimizer(
     let first = first(session, genome, rig, &mut rng)?;
     let (name, settings) = (session.settings.optimizer.0.name, &session.settings.optimizers());
     let setup = Setup { bounds: genome.bounds(), first, settings, rng };
-    if count == 1 {
-        return Ok(optimize::create(name, setup)?);
-    }
-    let search = |stream| {
-        let mut setup = setup.clone();
-        setup.rng.set_stream(stream);
-        optimize::create(name, setup)
-    };
-    let searches = (0..u64::from(count)).map(search).collect::<crate::Result<_>>()?;
-    Ok(Box::new(Heats::new(searches, session.settings.coarse.settled)))
+    Ok(optimize::side_by_side(name, &setup, count, session.settings.coarse.settled)?)
 }
 
 /// What measures the small pictures that a search begins with, and how many generations there are in all; none where the
@@ -203,10 +194,7 @@ const COMPARED_SAMPLES: u32 = 4;
 /// What the device reports, and as [`Session::render`].
 fn pictures(session: &mut Session, rig: &[Light]) -> Result<Vec<Shown>> {
     let whole = session.view.clone();
-    let scale = (f64::from(COMPARED) / f64::from(whole.width.max(whole.height))).min(1.0);
-    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
-    let camera = whole.camera.clone();
-    let small = View::new(&session.scene, camera, side(whole.width), side(whole.height))?;
+    let small = whole.shrunk(&session.scene, COMPARED)?;
     let preset = |preset: Preset| (preset.title(), session.with_kept(preset.rig()));
     let headlight = preset(Preset::Headlight);
     let mut others = [Preset::LightKit, Preset::ThreePoint].map(preset).to_vec();

@@ -3,7 +3,7 @@
 use super::Session;
 use super::config::{First, Settings, ViewsSettings};
 use super::values::role;
-use crate::design::{intent, start};
+use crate::design::start;
 use crate::lighting::genome::Genome;
 use crate::lighting::{Rig, Role, Stand};
 use crate::{Error, Result};
@@ -91,9 +91,7 @@ impl Settings {
 /// As [`Genome::hold`], and [`Error::Argument`] for a role that is not searched.
 pub fn bound(session: &Session, mut genome: Genome, first: Option<Rig>) -> Result<Genome> {
     let settings = &session.settings;
-    if !settings.intent.below {
-        genome = genome.above_horizon(intent::up(&session.view))?;
-    }
+    genome = settings.intent.bound(genome, &session.view)?;
     let Some(first) = first.filter(|_| !settings.lights.hold.is_empty()) else {
         return Ok(genome);
     };

@@ -28,6 +28,7 @@ pub use view::{SIZE, view};
 use self::config::{Settings, ViewsSettings};
 use self::device::Opened;
 use self::profile::ProfileName;
+use self::strokes::Drawn;
 use self::views::Seen;
 use crate::Error;
 use crate::cpu;
@@ -44,7 +45,7 @@ use crate::report::json::{CameraRecord, Header, SceneLights, Timing, ViewRecord,
 use crate::scene::load::LoadOptions;
 use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
-use crate::scene::{self, Scene, TextureLevel};
+use crate::scene::{self, Scene};
 use crate::study::Subject;
 use anyhow::Result;
 use image::RgbImage;
@@ -73,7 +74,7 @@ pub struct Session {
     /// What evaluators are made on.
     pub device: Opened,
     /// Where highlights and shadows are to lie.
-    strokes: Option<TextureLevel>,
+    strokes: Option<Drawn>,
     /// When the scene was there.
     begin: Instant,
 }

@@ -6,12 +6,30 @@ use super::device::Opened;
 use super::engine::{Engine, evaluator_of};
 use crate::design::strokes::{SHADOW_WEIGHT, Strokes};
 use crate::lighting::genome::Genome;
+use crate::objective::maps::Maps;
 use crate::objective::{Objective, Term};
+use crate::scene::TextureLevel;
 use crate::scene::load::read_picture;
 use crate::scene::view::View;
 use crate::{Error, Result as Checked};
 use anyhow::Result;
 use std::path::Path;
+
+/// Strokes on the whole picture, and the picture that they were drawn in, for smaller ones.
+pub(super) struct Drawn {
+    picture: TextureLevel,
+    strokes: Strokes,
+}
+
+impl Drawn {
+    /// The strokes on another view's maps.
+    ///
+    /// # Errors
+    /// As [`Strokes::of`].
+    pub fn on(&self, maps: &Maps) -> Checked<Strokes> {
+        Strokes::of(&self.picture, maps)
+    }
+}
 
 impl Session {
     /// Takes the strokes of a picture: its search holds the lights of the highlights in their places, and the evaluator
@@ -30,15 +48,14 @@ impl Session {
         if let Some(marked) = marked(&mut self.evaluator, &strokes, seen, &self.settings)? {
             self.evaluator = marked;
         }
-        self.strokes = Some(picture);
+        self.strokes = Some(Drawn { picture, strokes });
         Ok(())
     }
 
     /// A genome with the lights of the highlights in their places.
     pub(super) fn with_highlights(&mut self, genome: Genome) -> Result<Genome> {
-        let Some(picture) = &self.strokes else { return Ok(genome) };
-        let maps = self.evaluator.maps()?;
-        Ok(Strokes::of(picture, maps)?.hold(genome, maps, &self.view)?)
+        let Some(Drawn { strokes, .. }) = &self.strokes else { return Ok(genome) };
+        Ok(strokes.hold(genome, self.evaluator.maps()?, &self.view)?)
     }
 }
 

@@ -4,7 +4,7 @@ use super::answers::{Answer, Fineness};
 use super::hall::Hall;
 use super::messages::{Alternatives, Light};
 use super::searching::genome;
-use super::stage::{Sight, background, small};
+use super::stage::{Sight, background};
 use super::task::Task;
 use super::worker::{Event, Frame, Kind, Outbox, Worker, frame, micros};
 use crate::cpu::Painter;
@@ -57,7 +57,7 @@ fn find(
     let start = Instant::now();
     let sight = Sight { camera: asked.look.camera.clone(), size: asked.size };
     let whole = sight.view(&hall.held)?;
-    let view = small(hall, &whole, SIDE)?;
+    let view = whole.shrunk(&hall.held.scene, SIDE)?;
     let (genome, order, chromosome) = genome(hall, &asked.look, &view)?;
     let mut settings = hall.settings().clone();
     let objective = asked.look.objective(&settings.objective)?;

@@ -82,6 +82,15 @@ pub fn rig(lights: &[Light]) -> Result<Rig> {
     lights.iter().enumerate().map(light).collect()
 }
 
+/// The light of that number.
+///
+/// # Errors
+/// [`Error::Argument`] where there is none.
+pub fn chosen(rig: &[lighting::Light], number: u32) -> Result<lighting::Light> {
+    let fault = || Error::Argument(format!("there is no light {number} among {}", rig.len()));
+    rig.get(number as usize).copied().ok_or_else(fault)
+}
+
 impl Targets {
     /// Those of an objective.
     pub fn of(objective: &Objective) -> Self {

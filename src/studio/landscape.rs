@@ -1,11 +1,12 @@
 //! `F` of one light in all directions, in one batch.
 
 use super::answers::{Answer, Mapped};
-use super::convert::rig;
+use super::convert::{chosen, rig};
 use super::hall::Hall;
 use super::messages::Map;
-use super::stage::{Sight, small};
+use super::stage::Sight;
 use super::worker::Worker;
+use crate::Result;
 use crate::cpu::{self, CpuEvaluator};
 use crate::design::coarse;
 use crate::error::within;
@@ -15,7 +16,6 @@ use crate::objective::Objective;
 use crate::objective::maps::Maps;
 use crate::objective::shadows::ShadowSettings;
 use crate::scene::view::View;
-use crate::{Error, Result};
 use glam::Vec3;
 
 /// Longest side of the pictures that are judged, pixels.
@@ -40,7 +40,7 @@ pub struct Landscape {
 impl Landscape {
     fn new(hall: &Hall, sight: Sight) -> Result<Self> {
         let whole = sight.view(&hall.held)?;
-        let view = small(hall, &whole, JUDGED)?;
+        let view = whole.shrunk(&hall.held.scene, JUDGED)?;
         let settings = hall.settings();
         let objective = coarse::objective(&settings.objective, &whole, &view);
         let shadows = ShadowSettings { side: SIDE, ..settings.shadows };
@@ -98,18 +98,12 @@ impl Worker {
         within("rows", rows as f32, 1.0, MOST_CELLS)?;
         let mut lights = rig(&map.look.lights)?;
         let objective = map.look.objective(&hall.settings().objective)?;
-        let at = light as usize;
-        if at >= lights.len() {
-            return Err(Error::Argument(format!(
-                "there is no light {light} among {}",
-                lights.len()
-            )));
-        }
+        let moved = chosen(&lights, light)?;
         let directions: Vec<Option<Vec3>> = cells(columns, rows).map(direction).collect();
         let mut population = Population::new(lights.len())?;
         for direction in directions.iter().flatten() {
             let (elevation, azimuth) = angles(*direction);
-            lights[at] = Light { elevation, azimuth, ..lights[at] };
+            lights[light as usize] = Light { elevation, azimuth, ..moved };
             population.push(&lights)?;
         }
         let sight = Sight { camera: map.look.camera.clone(), size: map.size };

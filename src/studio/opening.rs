@@ -3,17 +3,17 @@
 use super::answers::{Answer, Defaults, Opened, TermInfo, Titled};
 use super::hall::{Hall, Studio};
 use super::messages::{Light, Open, Targets};
-use super::stage::{everything, small};
+use super::stage::everything;
 use super::worker::Worker;
+use crate::Result;
 use crate::cpu::{self, CpuEvaluator};
-use crate::design::{coarse, intent, start};
+use crate::design::{coarse, start};
 use crate::evaluate::Evaluator;
 use crate::lighting::presets::Preset;
 use crate::lighting::{self, Population, Rig};
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::OPTIMIZERS;
 use crate::session::view;
-use crate::{Error, Result};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
@@ -31,12 +31,7 @@ impl Worker {
     /// Opens a scene, or says what there is without one.
     pub(super) fn open(&mut self, open: &Open) -> Result<()> {
         let studio = Arc::clone(self.studio());
-        let held = match &open.scene {
-            Some(id) => Some(studio.scenes.find(id).ok_or_else(|| {
-                Error::Argument("the scene is here no more: post it again".into())
-            })?),
-            None => studio.scenes.first(),
-        };
+        let held = studio.scenes.find(open.scene.as_deref())?;
         let hall = held.map(|held| Hall::new(Arc::clone(&studio), held));
         let lights = match &hall {
             Some(hall) => Light::all(&first(hall)?),
@@ -69,14 +64,11 @@ fn first(hall: &Hall) -> Result<Rig> {
     let settings = hall.settings();
     let scene = &hall.held.scene;
     let whole = view(scene, &settings.view)?;
-    let view = small(hall, &whole, SEEN)?;
+    let view = whole.shrunk(&hall.held.scene, SEEN)?;
     let objective = coarse::objective(&settings.objective, &whole, &view);
     let none = ShadowSettings { on: false, ..settings.shadows };
     let maps = cpu::draw(scene, &view, &objective, (&none, None))?;
-    let mut genome = settings.genome()?;
-    if !settings.intent.below {
-        genome = genome.above_horizon(intent::up(&view))?;
-    }
+    let genome = settings.intent.bound(settings.genome()?, &view)?;
     let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
     let rig = genome.decode(&start::first(scene, &view, &maps, &genome, &mut rng));
     let rigs: Vec<Rig> = STRENGTHS.map(|strength| scaled(&rig, strength)).to_vec();

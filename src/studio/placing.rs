@@ -1,16 +1,16 @@
 //! What is under the pointer, and lights that are put where something of them falls there.
 
 use super::answers::Answer;
-use super::convert::rig;
+use super::convert::{chosen, rig};
 use super::hall::Hall;
 use super::messages::{Light, Pick, Place, What};
 use super::stage::Sight;
 use super::worker::Worker;
+use crate::Result;
 use crate::cpu::visibility;
-use crate::lighting::{self, angles};
+use crate::lighting::mirrored;
 use crate::objective::maps::Surface;
 use crate::scene::view::View;
-use crate::{Error, Result};
 use glam::Vec3;
 
 /// How far a rim's light grazes above the surface, radians.
@@ -43,7 +43,7 @@ impl Spot {
         let facing = n.dot(v).clamp(0.0, 1.0);
         match what {
             What::Shading => n,
-            What::Highlight => (2.0 * facing * n - v).normalize_or(n),
+            What::Highlight => mirrored(n, v).normalize_or(n),
             What::Rim => {
                 // Between the way from the viewer and the surface's outward side, so that n·l = sin(grazing).
                 let outward = (n - facing * v).normalize_or(Vec3::Y);
@@ -51,23 +51,6 @@ impl Spot {
                 (outward * angle.sin() - v * angle.cos()).normalize_or(-v)
             }
         }
-    }
-
-    /// The light at its own distance from the scene's centre, on its way from here.
-    fn put(&self, light: &lighting::Light, towards: Vec3) -> lighting::Light {
-        let place = match light.reach() {
-            None => towards,
-            Some(reach) => {
-                // |p + t·l| = R, the farther one of both.
-                let along = self.position.dot(towards);
-                let root = along * along - self.position.length_squared() + reach * reach;
-                let place = self.position + towards * (root.max(0.0).sqrt() - along);
-                if root > 0.0 { place } else { towards }
-            }
-        };
-        let (elevation, azimuth) = angles(place);
-        let aim = light.aim.map(|_| (self.position - place).normalize_or(-towards));
-        lighting::Light { elevation, azimuth, aim, ..*light }
     }
 }
 
@@ -102,17 +85,12 @@ impl Worker {
         let hall = self.hall()?;
         let Place { id, light, what, pixel, .. } = *place;
         let lights = rig(&place.lights)?;
-        let Some(chosen) = lights.get(light as usize) else {
-            return Err(Error::Argument(format!(
-                "there is no light {light} among {}",
-                lights.len()
-            )));
-        };
+        let chosen = chosen(&lights, light)?;
         let sight = Sight { camera: place.camera.clone(), size: place.size };
         let Some(spot) = self.spot(&hall, &sight, pixel)? else {
             return self.send(Answer::Missed { id });
         };
-        let put = spot.put(chosen, spot.towards(what));
+        let put = chosen.seen_from(spot.position, spot.towards(what));
         let locked = place.lights[light as usize].locked;
         self.send(Answer::Placed { id, light, lit: Light { locked, ..Light::of(&put) } })
     }
@@ -121,7 +99,7 @@ impl Worker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lighting::LightKind;
+    use crate::lighting::{self, LightKind};
 
     fn spot(normal: Vec3) -> Spot {
         let position = Vec3::new(0.3, -0.2, 0.4);
@@ -135,7 +113,7 @@ mod tests {
             for normal in [Vec3::new(0.5, 0.3, 0.8), Vec3::new(-0.9, 0.1, 0.2)] {
                 let spot = spot(normal);
                 let way = |what| {
-                    let put = spot.put(&light, spot.towards(what));
+                    let put = light.seen_from(spot.position, spot.towards(what));
                     match put.reach() {
                         Some(reach) => (put.direction() * reach - spot.position).normalize(),
                         None => put.direction(),

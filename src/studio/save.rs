@@ -3,7 +3,7 @@
 use super::convert::rig;
 use super::hall::Studio;
 use super::messages::Save;
-use super::scenes::Held;
+use super::scenes::{Held, gone};
 use super::server::fault;
 use super::session_file;
 use super::stage::Sight;
@@ -44,9 +44,7 @@ pub async fn save(
         }
     };
     let work = move || {
-        let id = save.document.scene.as_deref();
-        let held = id.map_or_else(|| studio.scenes.first(), |id| studio.scenes.find(id));
-        let held = held.ok_or_else(|| anyhow!("the scene is here no more: post it again"))?;
+        let held = studio.scenes.find(save.document.scene.as_deref())?.ok_or_else(gone)?;
         let saved = make(&studio, &held, &what, &save)?;
         anyhow::Ok((held.info.name.clone(), saved))
     };

@@ -4,12 +4,12 @@ use super::answers::{NamedCamera, SceneInfo};
 use super::convert::orbit;
 use super::messages::{Document, Light};
 use super::session_file;
-use crate::Result;
 use crate::scene::load::LoadOptions;
 use crate::scene::view::bounds;
 use crate::scene::{self, Scene};
 use crate::session::config::Settings;
 use crate::session::view;
+use crate::{Error, Result};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -107,6 +107,11 @@ fn info(
     })
 }
 
+/// The fault of a scene that is not here.
+pub fn gone() -> Error {
+    Error::Argument("the scene is here no more: post it again".into())
+}
+
 /// The scenes that there are: those of the last posts, and the command line's for good.
 pub struct Scenes {
     first: Option<Arc<Held>>,
@@ -130,14 +135,14 @@ impl Scenes {
         held
     }
 
-    /// The scene of the command line.
-    pub fn first(&self) -> Option<Arc<Held>> {
-        self.first.clone()
-    }
-
-    /// The scene of that id, if it is there still.
-    pub fn find(&self, id: &str) -> Option<Arc<Held>> {
+    /// The scene of that id; without one that of the command line, if there is any.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a scene that is here no more.
+    pub fn find(&self, id: Option<&str>) -> Result<Option<Arc<Held>>> {
+        let Some(id) = id else { return Ok(self.first.clone()) };
         let posted = self.posted.lock().unwrap_or_else(PoisonError::into_inner);
-        posted.iter().chain(&self.first).find(|held| held.id == id).cloned()
+        let held = posted.iter().chain(&self.first).find(|held| held.id == id).cloned();
+        held.ok_or_else(gone).map(Some)
     }
 }

@@ -4,14 +4,14 @@ use super::answers::{Answer, Fineness, Progress};
 use super::convert::rig;
 use super::hall::Hall;
 use super::messages::{Action, Camera, Light, Look, Search as Asked};
-use super::stage::{Sight, small};
+use super::stage::Sight;
 use super::worker::Worker;
 use crate::cpu::{self, CpuEvaluator};
-use crate::design::{Designer, coarse, intent, start};
+use crate::design::{Designer, coarse, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::{self, Population, Rig, Role};
 use crate::objective::Objective;
-use crate::optimize::{self, Heats, Optimizer, Setup};
+use crate::optimize::{self, Optimizer, Setup};
 use crate::scene::view::View;
 use crate::session::device::Opened;
 use crate::session::{Engine, evaluator_on};
@@ -62,7 +62,7 @@ impl Search {
         let (search, generations) = optimizer(hall, &asked, &genome, first)?;
         let coarse = hall.settings().coarse;
         let longest = if coarse.side == 0 { SMALL } else { coarse.side };
-        let view = small(hall, &whole, longest)?;
+        let view = whole.shrunk(&hall.held.scene, longest)?;
         let small = coarse::objective(&objective, &whole, &view);
         let engine = measuring(hall, (&asked.look.camera, &view), &small)?;
         let first = |all: usize| (all as f64 * f64::from(coarse.share)) as usize;
@@ -191,10 +191,7 @@ pub fn genome(hall: &Hall, look: &Look, view: &View) -> Result<(Genome, Vec<usiz
             genome = genome.hold(number, &lights[at], None)?;
         }
     }
-    if !settings.intent.below {
-        genome = genome.above_horizon(intent::up(view))?;
-    }
-    let genome = genome.with_fixed(&of(&own))?;
+    let genome = settings.intent.bound(genome, view)?.with_fixed(&of(&own))?;
     let first: Vec<lighting::Light> = start::matched(&genome, &first)?;
     let chromosome = genome.encode(&first);
     Ok((genome, [searched, own].concat(), chromosome))
@@ -217,17 +214,9 @@ fn optimizer(
     let rng = ChaCha8Rng::seed_from_u64(seed);
     let setup = Setup { bounds: genome.bounds(), first, settings: optimizers, rng };
     let generations = (entry.generations)(optimizers);
-    let count = settings.coarse.searches;
-    if count == 1 || generations.is_none() {
-        return Ok((optimize::create(entry.name, setup)?, generations));
-    }
-    let search = |stream| {
-        let mut setup = setup.clone();
-        setup.rng.set_stream(stream);
-        optimize::create(entry.name, setup)
-    };
-    let searches = (0..u64::from(count)).map(search).collect::<Result<_>>()?;
-    Ok((Box::new(Heats::new(searches, settings.coarse.settled)), generations))
+    let count = generations.map_or(1, |_| settings.coarse.searches);
+    let settled = settings.coarse.settled;
+    Ok((optimize::side_by_side(entry.name, &setup, count, settled)?, generations))
 }
 
 /// What measures a small view by `objective`.

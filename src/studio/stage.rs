@@ -80,22 +80,11 @@ impl Sight {
     }
 }
 
-/// A smaller view of the same: its longest side has so many pixels at most.
-pub fn small(hall: &Hall, whole: &View, longest: u32) -> Result<View> {
-    let scale = (f64::from(longest) / f64::from(whole.width.max(whole.height))).min(1.0);
-    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
-    let (width, height) = (side(whole.width), side(whole.height));
-    View::new(&hall.held.scene, whole.camera.clone(), width, height)
-}
-
 /// `usual` with a weight for every term that can be measured, so that all of them are.
 pub fn everything(usual: &Objective) -> Objective {
     let mut weights = Terms::default();
     for &term in TERMS {
-        let given = (!term.needs.background || usual.background.is_some())
-            && (!term.needs.example || usual.example.is_some())
-            && !term.needs.target;
-        if given {
+        if usual.can_measure(term) && !term.needs.target {
             // There are no more terms than there is room for.
             let _ = weights.set(term, 1.0);
         }
@@ -136,7 +125,7 @@ impl Stage {
     /// Faults of the scene, the camera and the device.
     pub fn coarse(hall: &Hall, sight: Sight) -> Result<Self> {
         let whole = sight.view(&hall.held)?;
-        let view = small(hall, &whole, COARSE)?;
+        let view = whole.shrunk(&hall.held.scene, COARSE)?;
         let objective = everything(&coarse::objective(&hall.settings().objective, &whole, &view));
         let shadows = ShadowSettings { side: COARSE_SIDE, ..hall.settings().shadows };
         let occluders = hall.occluders(&sight.camera, &view)?;
@@ -191,21 +180,26 @@ impl Stage {
         (maps, everything): (Maps, Objective),
         fineness: Fineness,
     ) -> Result<Self> {
-        let shading = hall.settings().shading;
-        let painter = Painter::new(&maps, &view, &shading);
-        let engine = CpuEvaluator::new(maps, &view, everything, shading)?;
+        let engine = CpuEvaluator::new(maps, &view, everything, hall.settings().shading)?;
         let engine = Engine::Cpu(Box::new(engine));
-        let background = background(hall);
-        Ok(Self { sight, view, fineness, took: 0, engine, painter, everything, background })
+        Self::of_engine(hall, (sight, view), (engine, everything), fineness)
     }
 
     fn on_device(hall: &Hall, (sight, view): (Sight, View), everything: Objective) -> Result<Self> {
         let mut settings = hall.settings().clone();
         settings.objective = everything;
         let seen = (&*hall.held.scene, &view);
-        let mut engine = evaluator_on(&hall.studio.device, seen, &settings, None)?;
-        let painter = Painter::new(engine.maps()?, &view, &settings.shading);
-        let fineness = Fineness::Full;
+        let engine = evaluator_on(&hall.studio.device, seen, &settings, None)?;
+        Self::of_engine(hall, (sight, view), (engine, everything), Fineness::Full)
+    }
+
+    fn of_engine(
+        hall: &Hall,
+        (sight, view): (Sight, View),
+        (mut engine, everything): (Engine, Objective),
+        fineness: Fineness,
+    ) -> Result<Self> {
+        let painter = Painter::new(engine.maps()?, &view, &hall.settings().shading);
         let background = background(hall);
         Ok(Self { sight, view, fineness, took: 0, engine, painter, everything, background })
     }

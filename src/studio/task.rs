@@ -1,6 +1,7 @@
 //! Work beside that of a page's own thread.
 
 use super::hall::Studio;
+use crate::error::panic_words;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,7 +43,5 @@ impl Drop for Task {
 
 /// The words of a panic.
 pub fn said(panic: &(dyn std::any::Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
-    format!("a fault of klieg's own: {}", text.unwrap_or_default())
+    format!("a fault of klieg's own: {}", panic_words(panic).unwrap_or_default())
 }

@@ -11,7 +11,7 @@ mod stamp;
 
 use super::config::Settings;
 use super::designer;
-use super::options::{LookOptions, SearchOptions, TargetOptions};
+use super::options::{LookOptions, SearchOptions, TargetOptions, completed};
 use super::picture::PictureOptions;
 use super::progress::{self, Interrupt};
 use super::session::milliseconds;
@@ -19,6 +19,7 @@ use super::views::ViewsOptions;
 use super::{describe, print};
 use crate::Error;
 use crate::design::profile;
+use crate::error::panic_words;
 use crate::report::{Inputs, json};
 use anyhow::Result;
 use clap::Args;
@@ -78,10 +79,8 @@ pub(super) struct Options {
 
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
-        let mut settings = self.look.settings_of(profile::DEFAULT, &self.views)?;
-        self.target.apply(&mut settings);
-        self.search.apply(&mut settings)?;
-        self.picture.apply(&mut settings);
+        let settings = self.look.settings_of(profile::DEFAULT, &self.views)?;
+        let settings = completed(settings, (&self.target, &self.search, &self.picture))?;
         settings.check()?;
         settings.genome()?;
         Ok(settings)
@@ -164,8 +163,7 @@ struct Panicked(String);
 /// What `work` gives; its panic is an error.
 fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
     std::panic::catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-        let text = panic.downcast_ref::<String>().map(String::as_str);
-        let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("it panicked");
+        let text = panic_words(&*panic).unwrap_or("it panicked");
         Err(Panicked(text.to_owned()).into())
     })
 }

@@ -10,11 +10,11 @@ use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population, Rig};
 use crate::objective::maps::{Maps, PixelType};
 use crate::render::BACKGROUND;
-use crate::scene::view::View;
+use crate::scene::view::{View, proportional};
+use crate::session::views::occluders;
 use crate::session::{Engine, Session};
 use anyhow::Result;
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// Samples along a side of a pixel of the pictures that are compared.
 const SAMPLES: u32 = 2;
@@ -68,13 +68,10 @@ pub(super) struct Eye {
 impl Eye {
     pub fn new(session: &mut Session) -> Result<Self> {
         let (camera, settings) = (session.view.camera.clone(), &session.settings);
-        let [width, height] = [session.view.width, session.view.height];
-        let scale = f64::from(SAMPLES * SIDE) / f64::from(width.max(height));
-        let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
-        let view = View::new(&session.scene, camera, side(width), side(height))?;
-        let shadows = session.evaluator.maps()?.shadows.as_ref();
-        let occluders = shadows.map(|shadows| Arc::clone(shadows.occluders()));
-        let shadows = (&settings.shadows, occluders);
+        let size = [session.view.width, session.view.height];
+        let [width, height] = proportional(size, SAMPLES * SIDE);
+        let view = View::new(&session.scene, camera, width, height)?;
+        let shadows = (&settings.shadows, occluders(&mut session.evaluator)?);
         let maps = cpu::draw(&session.scene, &view, &settings.objective, shadows)?;
         let object = maps.types.iter().map(|kind| *kind != PixelType::Background).collect();
         Ok(Self { view, maps, object, shading: settings.shading })

@@ -11,7 +11,7 @@ use crate::report::gallery::{
 use crate::report::json::{self, LightRecord};
 use crate::report::{Staging, picture};
 use crate::scene;
-use crate::scene::view::View;
+use crate::scene::view::{View, shrunk};
 use crate::session::config::Settings;
 use crate::session::designer::in_words;
 use crate::session::{Session, input, rig};
@@ -114,9 +114,8 @@ pub(in crate::session) fn thumbnails<'a>(
 ) -> Result<Vec<Thumbnail<'a>>> {
     let thumbnail = |(shown, made): (&'a Shown, &Picture)| {
         let (width, height) = made.image.dimensions();
-        let scale = (f64::from(THUMBNAIL) / f64::from(width.max(height))).min(1.0);
-        let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
-        let small = resize(&made.image, side(width), side(height), FilterType::Triangle);
+        let [width, height] = shrunk([width, height], THUMBNAIL);
+        let small = resize(&made.image, width, height, FilterType::Triangle);
         let png = picture::final_png(&small)?;
         Ok(Thumbnail { rig: &shown.rig, quality: shown.quality, png })
     };

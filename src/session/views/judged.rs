@@ -2,7 +2,7 @@
 
 use super::{Seen, ViewsSettings};
 use crate::Result;
-use crate::design::{CoarseSettings, Strokes, Views, coarse};
+use crate::design::{CoarseSettings, Views, coarse};
 use crate::math::frame::Frame;
 use crate::objective::shadows::ShadowSettings;
 use crate::scene::Scene;
@@ -92,9 +92,9 @@ pub(in crate::session) fn small_evaluator(
         if engine.maps()?.counts.object() == 0 {
             return Ok(None);
         }
-        if let Some(picture) = &session.strokes {
+        if let Some(drawn) = &session.strokes {
             // Nor may strokes be.
-            let Ok(strokes) = Strokes::of(picture, engine.maps()?) else { return Ok(None) };
+            let Ok(strokes) = drawn.on(engine.maps()?) else { return Ok(None) };
             let both = (&session.device, &small);
             engine = strokes::marked(&mut engine, &strokes, both, &settings)?.unwrap_or(engine);
         }

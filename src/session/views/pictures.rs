@@ -9,7 +9,6 @@ use crate::render::Picture;
 use crate::report::animation::{self, Frame};
 use crate::report::html::Sight;
 use crate::report::{Staging, picture};
-use crate::scene::view::View;
 use crate::session::Session;
 use crate::session::picture::draw_records;
 use anyhow::Result;
@@ -88,9 +87,7 @@ pub fn write(
 fn both(session: &Session, rig: &[Light], seen: &Seen, casting: &Casting) -> Result<Frame> {
     let Seen { scene, view, .. } = seen;
     let first = &session.view.frame;
-    let scale = (f64::from(SIDE) / f64::from(view.width.max(view.height))).min(1.0);
-    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
-    let small = View::new(scene, view.camera.clone(), side(view.width), side(view.height))?;
+    let small = view.shrunk(scene, SIDE)?;
     let headlight = session.with_kept(Preset::Headlight.rig());
     let before = in_view(&headlight, Stand::Camera, first, &view.frame);
     let after = in_view(rig, session.settings.views.rig, first, &view.frame);
