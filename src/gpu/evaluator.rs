@@ -292,8 +292,8 @@ impl GpuEvaluator {
     /// Records the evaluation of a population into an engine's command buffer, outside render passes:
     /// never submits, waits or makes anything.
     ///
-    /// All of it is work of one submission, while [`evaluate`](crate::evaluate::Evaluator::evaluate) divides what would take a slow GPU
-    /// more than a second: record large populations in parts.
+    /// All of it is work of one submission, while [`evaluate`](crate::evaluate::Evaluator::evaluate) divides what would
+    /// take a slow GPU more than a second: record large populations in parts.
     ///
     /// The lights are copied into the commands, so that the population may change at once and a recording
     /// may be made while the last one runs. What was recorded before, on the same queue, is waited for

@@ -4,12 +4,13 @@ use super::allocator::{Blocks, DeviceAllocator};
 use super::borrowed::{BorrowedDevice, Held, QueueLock};
 use super::cache::Cache;
 use super::choice::{ComputeShape, Lights, PipelineKind, ShadowMaker, Subgroups};
-use super::devices::{self, DeviceChoice, DeviceReport};
+use super::devices::{self, DeviceReport};
 use super::features::EnabledFeatures;
 use super::instance::{API_VERSION, OwnedInstance};
 use super::owner::{Owner, create_device};
 use super::pipeline_cache::PipelineCache;
 use super::requirements::{self, Given, Needs};
+use super::tuning::{ContextOptions, Tuning};
 use super::usage::Usage;
 use crate::gpu::vulkan::Call;
 use crate::{Error, Result};
@@ -17,41 +18,6 @@ use ash::{ext, vk};
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-
-/// How a [`Context`] on a device of its own is made.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct ContextOptions {
-    /// Which device.
-    pub device: DeviceChoice,
-    /// Whether the validation layer, synchronisation included, watches every call: for tests. What
-    /// it says is in [`Context::validation_messages`].
-    pub validation: bool,
-    /// How evaluators work.
-    pub tuning: Tuning,
-}
-
-/// How the evaluators of a [`Context`] work.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Tuning {
-    /// Bytes for the pictures of a population, at most; a population that needs more is drawn in
-    /// several parts. Half of the device's memory where not given.
-    pub picture_memory: Option<u64>,
-    /// How evaluators make the pictures; where not given the fastest for the device, or
-    /// [`PipelineKind::Layered`] for a view with more object pixels than that can hold.
-    pub pipeline: Option<PipelineKind>,
-    /// The shape of [`PipelineKind::Compute`]; the faster for the device where not given.
-    pub shape: Option<ComputeShape>,
-    /// Who makes the shadow tables of scenes; the faster for the device where not given, and always the host
-    /// where a scene is more than the device's buffers can hold.
-    pub shadow_maker: Option<ShadowMaker>,
-    /// Whether evaluators are made for coloured lights and spots from the start. An evaluator of a scene is
-    /// made so when it first meets such a light; one that records into an engine's commands cannot be.
-    pub any_lights: bool,
-    /// What [`Context::pipeline_cache_data`] gave earlier: pipelines that are in it need not be compiled
-    /// again. Data that are empty, damaged, or of another device, driver or version of klieg are as
-    /// good as none.
-    pub pipeline_cache: Vec<u8>,
-}
 
 /// What has been made and read back since the context began.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

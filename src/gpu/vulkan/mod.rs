@@ -18,6 +18,7 @@ pub mod pipeline_cache;
 pub mod requirements;
 pub mod staging;
 pub mod timer;
+pub mod tuning;
 pub mod usage;
 
 use crate::{Error, Result};
