@@ -1,8 +1,8 @@
 //! Pages that klieg writes, in a real browser.
 
 use common::Folder;
-use klieg_support::{browser, common};
-use serde_json::Value;
+use klieg_support::{browser, common, npm};
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// The sheet of a design, and that with something put in at its end.
@@ -32,13 +32,30 @@ fn the_sheet_of_a_design_is_sound_at_every_width_and_in_both_schemes() {
     let sheet = Sheet::new();
     let report = browser::check(&sheet.place.path("out/report.html"));
     assert_eq!(report.faults(), [""; 0]);
-    assert_eq!(report.pictures, 4);
+    // Four rigs, two of them under the wiper, and a map for each of two lights.
+    assert_eq!(report.pictures, 8);
     let layouts: Vec<_> =
         report.layouts.iter().map(|layout| (layout.scheme.as_str(), layout.width)).collect();
     assert_eq!(layouts, [("light", 390), ("light", 1280), ("dark", 390), ("dark", 1280)]);
     let background = |index: usize| &report.layouts[index].background;
     assert_eq!(background(0), background(1));
     assert_ne!(background(0), background(2));
+}
+
+#[test]
+fn a_wiper_compares_the_design_with_each_usual_rig() {
+    let sheet = Sheet::new();
+    let page = sheet.place.path("out/report.html");
+    let printed = npm::run("browser", "wiper.mjs", &[&browser::chromium(), &page]);
+    let said: Value = serde_json::from_slice(&printed).unwrap();
+    let at = |state: usize| said["states"][state]["at"].as_f64().unwrap();
+    let shown = |state: usize| said["states"][state]["shown"].clone();
+    // At first in the middle, then where it was dragged to, then by the keyboard at the end.
+    assert!((at(0) - 50.0).abs() < 0.5 && (at(1) - 25.0).abs() < 0.5 && at(2) > 99.5, "{said}");
+    // The headlight is the first picture, the design the second, the last one the last usual rig.
+    assert_eq!((shown(0), shown(2), shown(3)), (json!([0, 1]), json!([0, 1]), json!([3, 1])));
+    assert_eq!(said["choices"].as_array().unwrap().len(), 3);
+    assert_eq!(said["withoutScripts"], true);
 }
 
 #[test]
@@ -52,7 +69,7 @@ fn planted_faults_are_found() {
     let broken = "<svg><image href=\"data:image/png;base64,iVBORw0KGgo=\"/></svg>";
     let report = check("svg.html", broken);
     assert_eq!(report.broken, ["data:image/png;base64,iVBORw0KGgo="]);
-    assert_eq!((report.pictures, report.requests.len()), (5, 0));
+    assert_eq!((report.pictures, report.requests.len()), (9, 0));
 
     let scripts = "<script>console.error('planted')</script><script>throw Error('thrown')</script>";
     let report = check("script.html", scripts);

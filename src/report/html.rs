@@ -1,11 +1,12 @@
 //! The sheet of a design: one self-contained page with the pictures under the designed lights and under usual
 //! ones, their terms, the lights, where they stand, and the course of the search.
 
+use super::dome::Disc;
 use super::gallery::{Thumbnail, cards};
 use super::json::{Design, ViewRecord};
 use super::text::visible;
 use super::{picture, plot};
-use crate::design::Progress;
+use crate::design::{Dome, Progress};
 use crate::lighting::{Light, Role};
 use crate::objective::{Quality, Term};
 use anyhow::{Context, Result, anyhow};
@@ -27,6 +28,9 @@ pub struct Sheet<'a> {
     pub pictures: &'a [Shown],
     /// Small pictures of each of several views.
     pub sights: &'a [Sight],
+    /// How good every direction is for the rig's lights, those of the scene's own excepted, in their order; none where the
+    /// picture is too small to tell.
+    pub domes: &'a [Dome],
     /// The design's alternatives.
     pub alternatives: &'a [Thumbnail<'a>],
     /// The course of the search.
@@ -146,6 +150,7 @@ impl Sheet<'_> {
     pub fn render(&self) -> Result<String> {
         let mut environment = environment()?;
         environment.add_template("report.html", include_str!("report.html.j2"))?;
+        environment.add_template("wiper.js", include_str!("wiper.js"))?;
         let (radius, spots) = self.spots();
         let (weighed, others): (Vec<_>, Vec<_>) =
             self.terms().into_iter().partition(|term| term.weight > 0.0);
@@ -159,6 +164,7 @@ impl Sheet<'_> {
             terms => Serde(weighed),
             others => Serde(others),
             sights => Serde(self.sights()),
+            domes => Serde(self.discs()?),
             alternatives => Serde(cards(self.alternatives, &self.design.objective)),
             plot => search,
             spots => Serde(spots),
@@ -198,6 +204,11 @@ impl Sheet<'_> {
             scores: [record.headlight.map(|quality| quality.score), Some(record.quality.score)],
         };
         self.sights.iter().zip(records).map(card).collect()
+    }
+
+    fn discs(&self) -> Result<Vec<Disc>> {
+        let disc = |(at, dome)| Ok(Disc::new(self.rig, at, dome)?);
+        self.domes.iter().enumerate().map(disc).collect()
     }
 
     fn cards(&self) -> Vec<PictureCard<'_>> {

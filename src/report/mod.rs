@@ -5,6 +5,7 @@
 
 pub mod animation;
 pub mod csv;
+mod dome;
 pub mod exhibit;
 pub mod gallery;
 pub mod html;

@@ -2,10 +2,11 @@
 
 use super::config::{First, Settings};
 use super::gallery::{self, Gallery};
-use super::views::{self, small_evaluator};
+use super::device::Opened;
+use super::views::{self, shrunk_evaluator, small_evaluator};
 use super::{Engine, Session, intent, milliseconds, warn};
 use crate::design::coarse::run_coarse_first;
-use crate::design::{self, Journal, Outcome, Progress, Remembered, start};
+use crate::design::{self, Dome, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
 use crate::lighting::{Light, MAX_LIGHTS, Rig, Role, Stand};
@@ -15,8 +16,8 @@ use crate::report::gallery::Thumbnail;
 use crate::report::html::{Sheet, Shown, light_ratio};
 use crate::report::json::{self, Design};
 use crate::report::{Staging, csv, picture, plot};
-use crate::scene;
 use crate::scene::view::View;
+use crate::scene::{self, Scene};
 use anyhow::{Result, anyhow};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -234,6 +235,25 @@ fn shown(session: &mut Session, view: &View, rigs: Vec<Named>) -> Result<Vec<Sho
     rigs.into_iter().zip(pictures).map(shown).collect()
 }
 
+/// Longest side of the pictures that tell how good every direction is for a light, pixels,
+const MAPPED: u32 = 64;
+/// and directions that are tried in a row of the map.
+const CELLS: u32 = 33;
+
+/// How good every direction is for each light of a rig that is not the scene's own, judged natively whatever the device;
+/// none where nothing of the scene is seen in pictures so small.
+///
+/// # Errors
+/// What the evaluator reports.
+fn domes(session: &mut Session, rig: &[Light]) -> Result<Vec<Dome>> {
+    let shrink = |scene: &Scene, view: &View| view.shrunk(scene, MAPPED).map(Some);
+    let Some(mut small) = shrunk_evaluator(session, &Opened::Cpu, shrink)? else {
+        return Ok(Vec::new());
+    };
+    let own = rig.iter().take_while(|light| light.role != Role::Scene).count();
+    Ok((0..own).map(|at| Dome::of(&mut *small, rig, at, [CELLS; 2])).collect::<Result<_, _>>()?)
+}
+
 /// Small pictures of the alternatives.
 ///
 /// # Errors
@@ -296,9 +316,11 @@ pub fn write(
         _ => views::write_pictures(session, (&outcome.rig, &pictures[1].png), staging)?,
     };
     let alternatives = alternatives(session, &others)?;
+    let domes = domes(session, &outcome.rig)?;
     let sheet = Sheet {
         design: &design,
         sights: &sights,
+        domes: &domes,
         alternatives: &alternatives,
         rig: &outcome.rig,
         pictures: &pictures,

@@ -7,6 +7,7 @@ use crate::math::frame::Frame;
 use crate::objective::shadows::ShadowSettings;
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
+use crate::scene::view::View;
 use crate::session::config::Settings;
 use crate::session::device::Opened;
 use crate::session::{Engine, Session, evaluator_on, focus, note_coarse_shadows, sees, strokes};
@@ -79,15 +80,29 @@ pub(in crate::session) fn small_evaluator(
     session: &mut Session,
     small: &CoarseSettings,
 ) -> Result<Option<Engine>> {
+    let device = session.device.clone();
+    shrunk_evaluator(session, &device, |scene, view| small.view(scene, view))
+}
+
+/// What judges on a device what `shrink` makes of a session's views; none where it gives none, or nothing of the scene is
+/// seen in one.
+///
+/// # Errors
+/// What the device reports.
+pub(in crate::session) fn shrunk_evaluator(
+    session: &mut Session,
+    device: &Opened,
+    shrink: impl Fn(&Scene, &View) -> Result<Option<View>>,
+) -> Result<Option<Engine>> {
     let mut occluders = session.occluders()?.into_iter();
     let mut made = Vec::with_capacity(session.views.len());
     for Seen { scene, view, .. } in &session.views {
-        let Some(small) = small.view(scene, view)? else { return Ok(None) };
+        let Some(small) = shrink(scene, view)? else { return Ok(None) };
         let objective = coarse::objective(&session.settings.objective, view, &small);
         let settings = Settings { objective, ..session.settings.clone() };
         let (seen, occluders) = ((&**scene, &small), occluders.next().flatten());
         let unmarked = strokes::unmarked(session, &settings)?;
-        let mut engine = evaluator_on(&session.device, seen, &unmarked, occluders)?;
+        let mut engine = evaluator_on(device, seen, &unmarked, occluders)?;
         // What is a few pixels wide may be none there.
         if engine.maps()?.counts.object() == 0 {
             return Ok(None);
@@ -95,10 +110,10 @@ pub(in crate::session) fn small_evaluator(
         if let Some(drawn) = &session.strokes {
             // Nor may strokes be.
             let Ok(strokes) = drawn.on(engine.maps()?) else { return Ok(None) };
-            let both = (&session.device, &small);
+            let both = (device, &small);
             engine = strokes::marked(&mut engine, &strokes, both, &settings)?.unwrap_or(engine);
         }
-        match focus::focused(engine, &session.device, seen, &settings)? {
+        match focus::focused(engine, device, seen, &settings)? {
             Some(engine) => made.push(engine),
             None => return Ok(None),
         }
