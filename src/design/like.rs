@@ -6,7 +6,7 @@ use crate::math::color::{luminance, srgb_decode, srgb_encode};
 use crate::objective::{Example, HISTOGRAM_BINS, Objective, Term};
 use crate::scene::TextureLevel;
 use crate::{Error, Result};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Weight of the example.
 const WEIGHT: f32 = 2.0;
@@ -44,12 +44,12 @@ impl Look {
         if seen.object.is_empty() {
             return Err(Error::Argument("the picture is transparent everywhere".into()));
         }
-        let mut histogram = [0.0; HISTOGRAM_BINS];
-        let share = 1.0 / seen.object.len() as f32;
+        let mut counts = [0u32; HISTOGRAM_BINS];
         for &at in &seen.object {
             let bin = (seen.brightness[at] * HISTOGRAM_BINS as f32) as usize;
-            histogram[bin.min(HISTOGRAM_BINS - 1)] += share;
+            counts[bin.min(HISTOGRAM_BINS - 1)] += 1;
         }
+        let histogram = counts.map(|count| (f64::from(count) / seen.object.len() as f64) as f32);
         let scale = picture.width.max(picture.height) as f32 / side.max(1) as f32;
         let gradient = (seen.gradient() * scale).min(1.0);
         let (light, shadow) = seen.colors();
@@ -121,8 +121,10 @@ impl<'a> Seen<'a> {
         let mut order = self.object.clone();
         order.sort_by(|&a, &b| self.brightness[a].total_cmp(&self.brightness[b]));
         let quarter = order.len().div_ceil(4);
-        let sum =
-            |part: &[usize]| part.iter().map(|&at| linear(self.picture.texels[at])).sum::<Vec3>();
+        let sum = |part: &[usize]| -> Vec3 {
+            let texels = part.iter().map(|&at| linear(self.picture.texels[at]).as_dvec3());
+            texels.sum::<DVec3>().as_vec3()
+        };
         let (dark, bright) = (sum(&order[..quarter]), sum(&order[order.len() - quarter..]));
         if dark.min_element() <= 0.0 || bright.min_element() <= 0.0 {
             return (Color::WHITE, Color::WHITE);
@@ -180,6 +182,15 @@ mod tests {
         look.example.check().unwrap();
         let nothing = self::picture(1, vec![[9, 9, 9, 0]]);
         assert!(Look::of(&nothing, 6).unwrap_err().to_string().contains("transparent"));
+    }
+
+    #[test]
+    fn shares_of_many_pixels_add_up() {
+        let texels = (0..1 << 20).map(|at: u32| [if at % 3 == 0 { 40 } else { 90 }; 3]);
+        let texels = texels.map(|[r, g, b]| [r, g, b, 255]).collect();
+        let look = Look::of(&picture(1024, texels), 512).unwrap();
+        look.example.check().unwrap();
+        assert!((look.example.histogram.iter().sum::<f32>() - 1.0).abs() < 1e-6);
     }
 
     #[test]
