@@ -20,7 +20,7 @@ from klieg._design import Design, design
 from klieg._device import Device
 from klieg._errors import Error
 from klieg._scene import Scene
-from klieg._settings import DesignOptions
+from klieg._settings import DesignOptions, native
 from klieg._view import View
 
 if TYPE_CHECKING:
@@ -54,9 +54,11 @@ class Designer:
             options: as for `klieg.design`; `time_limit` is that of each search.
 
         Raises:
+            InputError: for an option that there is not, or a value that it cannot have.
             Error: for a device that does not work.
 
         """
+        native(options)
         self._device = Device(device)
         self._size, self._options = size, options
 
@@ -74,6 +76,11 @@ class Designer:
             return {"path": path, "error": "", **self._columns(self._design(path, data))}
         except Error as fault:
             return {"path": path, "error": str(fault), **NONE}
+        except BaseException as fault:
+            # What PyO3 makes of a panic in Rust is no `Exception`; all others of these end the worker.
+            if type(fault).__name__ != "PanicException":
+                raise
+            return {"path": path, "error": f"a fault of klieg's own: {fault}", **NONE}
 
     def _design(self, path: str, data: bytes) -> Design:
         kind = PurePath(path).suffix.removeprefix(".").lower() or "glb"
