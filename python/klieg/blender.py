@@ -15,6 +15,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from klieg._blender_materials import Materials
 from klieg._design import Design, design
 from klieg._device import Device
 from klieg._errors import InputError
@@ -62,7 +63,8 @@ def light(context: Any, *, device: str | int | Device = "auto", **options: Unpac
 def look(context: Any, *, keep_lights: bool) -> tuple[Scene, View]:
     """Return the evaluated scene, with the lights that are kept, and the active camera's view."""
     depsgraph = context.evaluated_depsgraph_get()
-    meshes = [mesh for instance in depsgraph.object_instances if (mesh := _mesh(instance, depsgraph)) is not None]
+    materials = Materials()
+    meshes = [mesh for instance in depsgraph.object_instances for mesh in _meshes(instance, depsgraph, materials)]
     if not meshes:
         raise InputError(f"the scene {context.scene.name!r} shows no surfaces")
     lights = [_own(other) for other in _kept(context, keep_lights=keep_lights)]
@@ -182,32 +184,38 @@ def _view(context: Any, scene: Scene, depsgraph: Any) -> View:
     return View.from_camera(scene, pose, size, fov=2 * math.degrees(math.atan(1 / projection[1, 1])), **planes)
 
 
-def _mesh(instance: Any, depsgraph: Any) -> Mesh | None:
-    """Return the triangles of an instance as it is rendered; none of what is no surface."""
+def _meshes(instance: Any, depsgraph: Any, materials: Materials) -> list[Mesh]:
+    """Return the triangles of an instance as it is rendered, by material; none of what is no surface."""
     shown = instance.object
     original = shown.original
     if shown.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"} or original.hide_render:
-        return None
-    data = shown.to_mesh(preserve_all_data_layers=False, depsgraph=depsgraph)
+        return []
+    data = shown.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
     if data is None:
-        return None
+        return []
     try:
         data.calc_loop_triangles()
         count = len(data.loop_triangles)
-        if count == 0:
-            return None
-        corners = _read(data.loop_triangles, "loops", 3 * count, np.int32)
+        corners = _read(data.loop_triangles, "loops", 3 * count, np.int32).reshape(-1, 3)
+        slots = _read(data.loop_triangles, "material_index", count, np.int32)
         vertices = _read(data.loops, "vertex_index", len(data.loops), np.int32)
         points = _read(data.vertices, "co", 3 * len(data.vertices), np.float32).reshape(-1, 3)
         normals = _read(data.corner_normals, "vector", 3 * len(data.loops), np.float32).reshape(-1, 3)
-        material = shown.material_slots[0].material if shown.material_slots else None
-        return Mesh(
-            points[vertices[corners]],
-            normals=normals[corners],
-            transform=np.array(instance.matrix_world),
-            name=original.name,
-            **_look(material),
-        )
+        made = []
+        for slot in np.unique(slots):
+            loops = corners[slots == slot].reshape(-1)
+            held = shown.material_slots
+            material = held[min(slot, len(held) - 1)].material if held else None
+            made.append(
+                Mesh(
+                    points[vertices[loops]],
+                    normals=normals[loops],
+                    transform=np.array(instance.matrix_world),
+                    name=original.name,
+                    **materials.fields(material, data, loops),
+                )
+            )
+        return made
     finally:
         shown.to_mesh_clear()
 
@@ -216,19 +224,3 @@ def _read(collection: Any, name: str, length: int, kind: type) -> NDArray[Any]:
     values: NDArray[Any] = np.empty(length, dtype=kind)
     collection.foreach_get(name, values)
     return values
-
-
-def _look(material: Any) -> dict[str, Any]:
-    """Return base colour, metallic and roughness of a material's Principled BSDF, where it has one."""
-    if material is None:
-        return {"base_color": (0.8, 0.8, 0.8), "roughness": 0.5}
-    nodes = material.node_tree.nodes if material.use_nodes and material.node_tree else []
-    found = next((node for node in nodes if node.type == "BSDF_PRINCIPLED"), None)
-    if found is None:
-        return {"base_color": tuple(material.diffuse_color)[:3], "roughness": material.roughness}
-    value = {name: found.inputs[name].default_value for name in ("Base Color", "Metallic", "Roughness")}
-    return {
-        "base_color": tuple(value["Base Color"])[:3],
-        "metallic": value["Metallic"],
-        "roughness": value["Roughness"],
-    }

@@ -32,9 +32,7 @@ SMALL: dict[str, Any] = {
 def cluster() -> Iterator[None]:
     # Two for the actors, and one for what reads files; workers import this file too.
     environment = {"env_vars": {"PYTHONPATH": str(Path(__file__).parent)}}
-    ray.init(
-        num_cpus=3, runtime_env=environment, include_dashboard=False, log_to_driver=False, logging_level="error"
-    )
+    ray.init(num_cpus=3, runtime_env=environment, include_dashboard=False, log_to_driver=False, logging_level="error")
     yield
     ray.shutdown()
 

@@ -114,6 +114,54 @@ class LightsInBlender(unittest.TestCase):
         same = (alpha > 127) == (maps["code"] > 0)
         self.assertGreater(same.mean(), 0.99)
 
+    def test_materials_count_triangle_by_triangle_with_their_textures_and_attributes(self) -> None:
+        for old in list(bpy.data.objects):
+            if old.type == "MESH" or old.instance_type == "COLLECTION":
+                bpy.data.objects.remove(old)
+        # Two squares side by side: on the left a texture of four colours, on the right an attribute, above a plain one.
+        image = bpy.data.images.new("four", 32, 32)
+        four = np.array([[[0.8, 0.1, 0.1, 1], [0.1, 0.8, 0.1, 1]], [[0.1, 0.1, 0.8, 1], [0.8, 0.8, 0.1, 1]]])
+        image.pixels.foreach_set(four.repeat(16, 0).repeat(16, 1).astype(np.float32).ravel())
+        points = [(x, 0, z) for z in (0, 2, 3) for x in (-2, 0, 2)]
+        mesh = bpy.data.meshes.new("squares")
+        mesh.from_pydata(points, [], [(0, 1, 4, 3), (1, 2, 5, 4), (3, 4, 7, 6), (4, 5, 8, 7)])
+        uvs = mesh.uv_layers.new(name="map").uv
+        for loop, place in zip(range(4), [(0, 0), (1, 0), (1, 1), (0, 1)], strict=True):
+            uvs[loop].vector = place
+        painted = mesh.color_attributes.new("painted", "FLOAT_COLOR", "CORNER")
+        for corner in painted.data:
+            corner.color = (0.05, 0.5, 0.9, 1)
+        for number, kind in enumerate(["TEX_IMAGE", "VERTEX_COLOR", None]):
+            material = bpy.data.materials.new(f"material {number}")
+            material.use_nodes = True
+            tree = material.node_tree
+            shader = tree.nodes["Principled BSDF"]
+            shader.inputs["Roughness"].default_value = 1
+            shader.inputs["Base Color"].default_value = (0.9, 0.4, 0.1, 1)
+            if kind == "TEX_IMAGE":
+                node = tree.nodes.new("ShaderNodeTexImage")
+                node.image, node.interpolation = image, "Closest"
+                tree.links.new(node.outputs["Color"], shader.inputs["Base Color"])
+            elif kind == "VERTEX_COLOR":
+                node = tree.nodes.new("ShaderNodeVertexColor")
+                node.layer_name = "painted"
+                tree.links.new(node.outputs["Color"], shader.inputs["Base Color"])
+            mesh.materials.append(material)
+        for polygon, slot in zip(mesh.polygons, (0, 1, 2, 2), strict=True):
+            polygon.material_index = slot
+        bpy.context.scene.collection.objects.link(bpy.data.objects.new("squares", mesh))
+        camera = bpy.context.scene.camera
+        camera.location, camera.rotation_euler = (0, -6, 1.5), (math.radians(90), 0, 0)
+        bpy.context.view_layer.update()
+        result = klieg.blender.light(bpy.context, lights=["key"], brdf="gltf", shadows=False, **QUICK)
+        found = result.picture(samples=16)[..., :3].astype(float)
+        expected = rendered()
+        for x, y in [(25, 97), (62, 97), (25, 60), (62, 60), (117, 78), (45, 22), (117, 22)]:
+            patch = (slice(y - 3, y + 4), slice(x - 3, x + 4))
+            klieg_color, cycles_color = (picture[patch].mean((0, 1)) for picture in (found, expected))
+            self.assertLess(np.abs(klieg_color - cycles_color).max(), 16, (x, y, klieg_color, cycles_color))
+        self.assertGreater(np.ptp([found[y, x] for x, y in [(25, 97), (62, 97), (117, 78)]], axis=0).min(), 40)
+
     def test_cycles_shows_what_klieg_shows(self) -> None:
         result = klieg.blender.light(bpy.context, **QUICK)
         self.assertLess(result.score, result.headlight_score)
