@@ -11,12 +11,17 @@ layout(constant_id = 2) const uint BITS = 8; // of a bin of a partial histogram,
 const uint PACKED = 32 / BITS; // bins in a word
 const uint WORDS = BINS / PACKED;
 layout(constant_id = 3) const bool APPEARANCE = false; // whether there are such parts
+layout(constant_id = 4) const bool CURVATURE = false; // whether there are histograms by curvature
+const uint CURVED_WORDS = BINS / 2; // of such a histogram
+const uint ENTRY = CURVATURE ? WORDS + CURVED_WORDS : WORDS;
 
 #include "terms.glsl"
 
 shared uint bins[GROUP * PACKED];
 shared float disorder[GROUP]; // -p ln p
 shared uint tally[BINS]; // pixels of each bin
+shared float curved[CURVATURE ? GROUP * 2 : 1]; // what they count by curvature
+shared vec2 curvature[CURVATURE ? GROUP : 1]; // c, c ln c
 shared Moments moments[GROUP];
 shared Gradient gradients[GROUP];
 shared Appearance appearances[GROUP];
@@ -29,7 +34,7 @@ void gather_histogram(uint individual, uint lane) {
         counts[k] = 0;
     }
     for (uint e = lane / WORDS; e < entries; e += GROUP / WORDS) {
-        uint word = histogram_parts[(individual * entries + e) * WORDS + lane % WORDS];
+        uint word = histogram_parts[(individual * entries + e) * ENTRY + lane % WORDS];
         for (uint k = 0; k < PACKED; ++k) {
             counts[k] += bitfieldExtract(word, int(k * BITS), int(BITS));
         }
@@ -37,6 +42,18 @@ void gather_histogram(uint individual, uint lane) {
     for (uint k = 0; k < PACKED; ++k) {
         bins[lane * PACKED + k] = counts[k];
     }
+}
+
+// The same of the histograms by curvature.
+void gather_curved(uint individual, uint lane) {
+    uint entries = chunk.histogram_entries;
+    uvec2 counts = uvec2(0);
+    for (uint e = lane / CURVED_WORDS; e < entries; e += GROUP / CURVED_WORDS) {
+        uint word = histogram_parts[(individual * entries + e) * ENTRY + WORDS + lane % CURVED_WORDS];
+        counts += uvec2(word & 0xffff, word >> 16);
+    }
+    curved[lane * 2] = float(counts.x);
+    curved[lane * 2 + 1] = float(counts.y);
 }
 
 // Chan, Golub and LeVeque (1979): moments of two sets from those of each.
@@ -111,6 +128,9 @@ void main() {
     if (APPEARANCE) {
         gather_appearance(individual, lane);
     }
+    if (CURVATURE) {
+        gather_curved(individual, lane);
+    }
     barrier();
     uint objects = view_statistics.surface + view_statistics.edge;
     uint count = 0;
@@ -123,6 +143,13 @@ void main() {
     }
     float p = float(count) / float(max(objects, 1));
     disorder[lane] = count > 0 ? -p * log(p) : 0.0;
+    if (CURVATURE) {
+        float sum = 0.0;
+        for (uint l = 0; l < (lane < BINS ? GROUP / CURVED_WORDS : 0u); ++l) {
+            sum += curved[l * BINS + lane];
+        }
+        curvature[lane] = vec2(sum, sum > 0.0 ? sum * log(sum) : 0.0);
+    }
     barrier();
     for (uint half_size = GROUP / 2; half_size > 0; half_size /= 2) {
         if (lane < half_size) {
@@ -133,6 +160,9 @@ void main() {
             gradients[lane].edge += gradients[other].edge;
             if (APPEARANCE) {
                 appearances[lane] = combine(appearances[lane], appearances[other]);
+            }
+            if (CURVATURE) {
+                curvature[lane] += curvature[other];
             }
         }
         barrier();
@@ -163,6 +193,10 @@ void main() {
     picture.key_x = key.x;
     picture.key_y = key.y;
     picture.key_z = key.z;
+    picture.entropy = 0.0;
+    if (CURVATURE && curvature[0].x > 0.0) {
+        picture.entropy = max(log(curvature[0].x) - curvature[0].y / curvature[0].x, 0.0);
+    }
     scores[place] = weighted_terms(picture, disorder[0], example_brightness(objects));
     details[place].edge_contrast = picture.edge_contrast;
     details[place].mean = picture.mean;
@@ -180,4 +214,5 @@ void main() {
     details[place].key_x = key.x;
     details[place].key_y = key.y;
     details[place].key_z = key.z;
+    details[place].entropy = picture.entropy;
 }

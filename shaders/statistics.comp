@@ -15,8 +15,10 @@ layout(constant_id = 3) const bool LIGHTS = false; // what is measured besides
 layout(constant_id = 4) const bool DETAIL = false;
 layout(constant_id = 5) const bool TARGET = false;
 layout(constant_id = 6) const bool OUTLINE = false;
-layout(constant_id = 7) const bool COLOR = false; // whether irradiances stand behind the brightnesses
+layout(constant_id = 7) const bool CURVATURE = false;
+layout(constant_id = 8) const bool COLOR = false; // whether irradiances stand behind the brightnesses
 const uint WORDS = BINS / 4;
+const uint CURVED_WORDS = CURVATURE ? BINS / 2 : 0;
 const bool APPEARANCE = LIGHTS || DETAIL || TARGET || OUTLINE;
 
 // Three brightnesses side by side; those of the middle and the left one wander on to the next pixel.
@@ -44,6 +46,12 @@ void main() {
     [[unroll]] for (uint i = 0; i < BLOCK; ++i) {
         [[unroll]] for (uint w = 0; w < WORDS; ++w) {
             words[i][w] = 0;
+        }
+    }
+    uint curved[BLOCK][BINS / 2];
+    [[unroll]] for (uint i = 0; i < BLOCK; ++i) {
+        [[unroll]] for (uint w = 0; w < CURVED_WORDS; ++w) {
+            curved[i][w] = 0;
         }
     }
     uint first = gl_GlobalInvocationID.x * PIXELS;
@@ -127,6 +135,15 @@ void main() {
                 words[j][w] += (bin[j] >> 2) == w ? one[j] : 0u;
             }
         }
+        if (CURVATURE) {
+            uint level = curvature_level(texelFetch(color_surface, ivec3(pixel_of(number), 1), 0).w);
+            uvec4 weight = uvec4(level) << (16 * (bin & 1));
+            [[unroll]] for (uint j = 0; j < BLOCK; ++j) {
+                [[unroll]] for (uint w = 0; w < CURVED_WORDS; ++w) {
+                    curved[j][w] += (bin[j] >> 1) == w ? weight[j] : 0u;
+                }
+            }
+        }
     }
     uint count = end > first ? end - first : 0;
     vec4 mean = count > 0 ? sum / float(count) : vec4(0.0);
@@ -135,7 +152,10 @@ void main() {
     uint entry = gl_WorkGroupID.y * BLOCK * entries + gl_GlobalInvocationID.x;
     [[unroll]] for (uint j = 0; j < BLOCK; ++j) {
         [[unroll]] for (uint w = 0; w < WORDS; ++w) {
-            histogram_parts[entry * WORDS + w] = words[j][w];
+            histogram_parts[entry * (WORDS + CURVED_WORDS) + w] = words[j][w];
+        }
+        [[unroll]] for (uint w = 0; w < CURVED_WORDS; ++w) {
+            histogram_parts[entry * (WORDS + CURVED_WORDS) + WORDS + w] = curved[j][w];
         }
         moment_parts[entry] = Moments(count, count > 0 ? origin[j] + mean[j] : 0.0, deviation[j]);
         gradient_parts[entry] = Gradient(surface[j], edge[j]);

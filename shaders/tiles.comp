@@ -25,8 +25,9 @@ layout(constant_id = 7) const bool MEASURE_LIGHTS = false; // what is measured b
 layout(constant_id = 8) const bool DETAIL = false;
 layout(constant_id = 9) const bool TARGET = false;
 layout(constant_id = 10) const bool OUTLINE = false;
-layout(constant_id = 11) const uint SHADOW_SIDE = 0;
-layout(constant_id = 12) const bool NEAR_LIGHTS = false;
+layout(constant_id = 11) const bool CURVATURE = false;
+layout(constant_id = 12) const uint SHADOW_SIDE = 0;
+layout(constant_id = 13) const bool NEAR_LIGHTS = false;
 
 #include "color.glsl"
 
@@ -36,7 +37,8 @@ const uint PIXELS = SIDE * SIDE / GROUP; // of an invocation
 const uint SUBGROUPS = GROUP / SUBGROUP;
 const uint BIN_BITS = HISTOGRAM_BIN_BITS;
 const uint BINS = HISTOGRAM_BINS;
-const uint WORDS = BINS / 2;
+const uint WORDS = BINS / 2; // of the histogram, and of the one by curvature
+const uint ENTRY = CURVATURE ? 2 * WORDS : WORDS;
 const bool APPEARANCE = MEASURE_LIGHTS || DETAIL || TARGET || OUTLINE;
 const uint OWN = SUBGROUP < BINS ? BINS / SUBGROUP : 1; // bins that an invocation counts
 
@@ -59,6 +61,7 @@ shared vec4 other_sums[APPEARANCE ? BLOCK * SUBGROUPS : 1];
 // The number of pixels of the outline, and their sum.
 shared vec2 outline_sums[OUTLINE ? BLOCK * SUBGROUPS : 1];
 shared uint counts[SUBGROUPS];
+shared uint curved[CURVATURE ? BLOCK * BINS : 1];
 
 void load_lights(uint first) {
     for (uint i = gl_LocalInvocationIndex; i < (COLOR ? 0 : BLOCK * LIGHTS); i += GROUP) {
@@ -154,8 +157,8 @@ uint first_part() {
 // Of a tile without object pixels.
 void write_nothing() {
     uint first = first_part();
-    for (uint k = gl_LocalInvocationIndex; k < BLOCK * WORDS; k += GROUP) {
-        histogram_parts[(first + k / WORDS * chunk.entries) * WORDS + k % WORDS] = 0;
+    for (uint k = gl_LocalInvocationIndex; k < BLOCK * ENTRY; k += GROUP) {
+        histogram_parts[(first + k / ENTRY * chunk.entries) * ENTRY + k % ENTRY] = 0;
     }
     uint i = gl_LocalInvocationIndex;
     if (i < BLOCK) {
@@ -174,7 +177,11 @@ void write_parts() {
         uint i = k / WORDS;
         uint word = k % WORDS;
         uint at = i * BINS + 2 * word;
-        histogram_parts[(first + i * chunk.entries) * WORDS + word] = bins[at] | bins[at + 1] << 16;
+        uint entry = (first + i * chunk.entries) * ENTRY + word;
+        histogram_parts[entry] = bins[at] | bins[at + 1] << 16;
+        if (CURVATURE) {
+            histogram_parts[entry + WORDS] = curved[at] | curved[at + 1] << 16;
+        }
     }
     uint i = gl_LocalInvocationIndex;
     if (i < BLOCK) {
@@ -216,6 +223,9 @@ void main() {
     load_lights(first * LIGHTS);
     for (uint b = lane; b < BLOCK * BINS; b += GROUP) {
         bins[b] = 0;
+        if (CURVATURE) {
+            curved[b] = 0;
+        }
     }
     barrier();
     for (uint at = lane; at < AREA; at += GROUP) {
@@ -286,7 +296,12 @@ void main() {
                     add_outline(center, more);
                 }
             }
-            count_bins(object, min(uint(max(center, 0.0) * float(BINS)), BINS - 1), counted);
+            uint bin = min(uint(max(center, 0.0) * float(BINS)), BINS - 1);
+            count_bins(object, bin, counted);
+            if (CURVATURE && object) {
+                ivec2 place = corner + ivec2(x, y);
+                atomicAdd(curved[i * BINS + bin], curvature_level(texelFetch(color_surface, ivec3(place, 1), 0).w));
+            }
             if (object && gl_WorkGroupID.y == 0 && i == 0) {
                 picture[(uint(corner.y) + y) * parameters.size.x + uint(corner.x) + x] = center;
             }

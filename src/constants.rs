@@ -61,6 +61,10 @@ constants! {
     DIRECTION_MOST: f32 = 1.3089969;
     /// `F_target`: root mean square distance that makes the term 1, encoded units.
     TARGET_RANGE: f32 = 0.25;
+    /// `F_entropy`: gradient of the normals from which on a pixel counts no more, as a multiple of its mean.
+    CURVATURE_MOST: f32 = 4.0;
+    /// `F_entropy`: what such a pixel counts, a whole number. A tile of 32² of them fits 16 bits.
+    CURVATURE_LEVELS: u32 = 63;
     /// `F_outline`: distance of the brightness from the background's that is enough, encoded units.
     OUTLINE_ENOUGH: f32 = 0.2;
     /// Luminance of a background that is not known.

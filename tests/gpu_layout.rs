@@ -178,6 +178,7 @@ fn hosts() -> BTreeMap<&'static str, Host> {
                 key_x,
                 key_y,
                 key_z,
+                entropy,
                 histogram
             }),
         ),

@@ -231,6 +231,37 @@ fn a_ramp_shows_the_share_of_the_detail_that_is_its_slope() {
     assert_eq!(gradient::detail(&maps, &ramp(0.5)), 0.0);
 }
 
+/// Half of the columns curve four times as much as the mean of one half: of them alone, a quarter is in each of four bins.
+#[test]
+fn the_entropy_is_that_of_the_places_that_curve() {
+    let mut maps = plain(64, 10, |_| Vec3::Z);
+    let curved = |at: usize| at % 64 >= 32;
+    maps.normal_gradient = (0..640).map(|at| if curved(at) { 0.3 } else { 0.0 }).collect();
+    maps.normal_detail = 0.15;
+    let bin = |at: usize| if curved(at) { at % 4 } else { 4 + at % 28 };
+    let mut picture: Vec<f32> = (0..640).map(|at| (bin(at) as f32 + 0.5) / 32.0).collect();
+    let measured = |maps: &Maps, picture: &[f32]| {
+        let statistics = fitness::statistics(maps, picture, &only("entropy"));
+        f64::from(statistics.entropy)
+    };
+    close(measured(&maps, &picture), 4f64.ln(), 1e-6);
+    let score = only("entropy")
+        .quality(&fitness::statistics(&maps, &picture, &only("entropy")), &maps.statistics());
+    close(score.score.into(), 0.6, 1e-6);
+    // What does not curve counts for nothing, and what curves little counts little: 0.15 is a quarter of four times the
+    // mean, 63 levels.
+    picture[0] = 0.99;
+    close(measured(&maps, &picture), 4f64.ln(), 1e-6);
+    maps.normal_gradient.iter_mut().step_by(2).for_each(|gradient| *gradient /= 2.0);
+    let (heavy, light) = (32.0 / 96.0, 16.0 / 96.0);
+    let expected = -2.0 * (heavy * f64::ln(heavy) + light * f64::ln(light));
+    close(measured(&maps, &picture), expected, 1e-6);
+    assert!((expected - 4f64.ln()).abs() > 1e-2);
+    assert_eq!(fitness::statistics(&maps, &picture, &only("hist")).entropy, 0.0);
+    maps.normal_gradient = vec![0.0; 640];
+    assert_eq!(measured(&maps, &picture), 0.0);
+}
+
 #[test]
 fn the_residual_is_the_mean_square_of_what_the_target_tells() {
     let mut maps = plain(4, 1, |_| Vec3::Z);

@@ -98,6 +98,10 @@ fn by_hand() -> Vec<(&'static str, Statistics, ViewStatistics, f32)> {
         ("outline", picture(|_| ()), view(), 0.0),
         ("outline", picture(|p| p.outline = 0.35), view(), 0.35),
         ("outline", picture(|p| p.outline = 1.0), view(), 1.0),
+        ("entropy", picture(|p| p.entropy = 32f32.ln()), view(), 0.0),
+        // Two of 32 equal shares, as of the histogram.
+        ("entropy", picture(|p| p.entropy = 2f32.ln()), view(), 0.8),
+        ("entropy", picture(|p| p.entropy = 2f32.ln()), flat(), 0.0),
         ("example", counted(&[(0, 50), (8, 50)], 0.1), view(), 0.0),
         // Half of the pixels eight bins too low: an eighth of the range, half of what makes it 1; half of the gradient.
         ("example", counted(&[(0, 100)], 0.05), view(), 0.5),

@@ -100,6 +100,8 @@ class DesignOptions(EvaluatorOptions, total=False):
     """Whether lights may stand below the horizon of the scene's centre."""
     hold: Sequence[str]
     """Lights of the rig that `first` names that stay as they are, or one value of theirs: `key`, `fill.azimuth`."""
+    one_by_one: bool
+    """Whether lights are added one after another, each the best addition to those before it."""
 
 
 PLACES: dict[str, tuple[str, ...]] = {
@@ -129,6 +131,7 @@ PLACES: dict[str, tuple[str, ...]] = {
     "mood": ("intent", "mood"),
     "below": ("intent", "below"),
     "hold": ("lights", "hold"),
+    "one_by_one": ("lights", "one_by_one"),
     "camera": ("view", "camera"),
     "azimuth": ("view", "azimuth"),
     "elevation": ("view", "elevation"),

@@ -68,6 +68,13 @@ void add_outline(float brightness, inout Sums sums) {
     sums.outline += 1.0 - min(abs(brightness - parameters.background) / OUTLINE_ENOUGH, 1.0);
 }
 
+// What a pixel counts in the histogram by curvature, where the normals' gradient is `gradient`. Reference:
+// src/objective/statistics.rs.
+uint curvature_level(float gradient) {
+    float most = max(CURVATURE_MOST * view_statistics.normal_detail, 1e-30);
+    return uint(min(gradient / most, 1.0) * float(CURVATURE_LEVELS) + 0.5);
+}
+
 Appearance part_of(Sums sums) {
     float mean = sums.count > 0 ? sums.sum / float(sums.count) : 0.0;
     float deviation = max(sums.squares - sums.sum * mean, 0.0);

@@ -118,7 +118,9 @@ struct Gradient {
     float edge; // sum over EDGE of min(1, |grad I| / edge_contrast)
 };
 layout(set = 0, binding = 18, std430) buffer HistogramParts {
-    uint histogram_parts[]; // a byte, or in tiles 16 bits, for each bin
+    // A byte, or in tiles 16 bits, for each bin; behind them, where it is measured, 16 bits for what each bin's
+    // pixels count by curvature.
+    uint histogram_parts[];
 };
 layout(set = 0, binding = 19, std430) buffer MomentParts {
     Moments moment_parts[];
@@ -166,6 +168,7 @@ struct Detail {
     float key_x; // unit vector towards the first key light; 0 without any
     float key_y;
     float key_z;
+    float entropy; // of the histogram by curvature, nats
     uint histogram[HISTOGRAM_BINS];
 };
 layout(set = 0, binding = 23, std430) writeonly buffer Details {

@@ -17,6 +17,7 @@
 #include "terms/outline.glsl"
 #include "terms/spread.glsl"
 #include "terms/example.glsl"
+#include "terms/entropy.glsl"
 
 // F: the weighted sum of the terms. A term of weight 0 is not computed.
 float weighted_terms(Detail picture, float disorder, float brightness) {
@@ -40,6 +41,7 @@ float weighted_terms(Detail picture, float disorder, float brightness) {
     TERM(12, term_outline(picture))
     TERM(13, term_spread(picture))
     TERM(14, term_example(picture, brightness))
+    TERM(15, term_entropy(picture))
 #undef TERM
     return sum;
 }

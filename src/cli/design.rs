@@ -5,7 +5,7 @@ use super::config::Settings;
 use super::designer;
 use super::device;
 use super::options::{SceneOptions, SearchOptions, TargetOptions, completed};
-use super::painter;
+use super::painter::{self, COLLAGE, Target};
 use super::picture::PictureOptions;
 use super::print;
 use super::progress::{self, Interrupt};
@@ -22,13 +22,13 @@ use anyhow::Result;
 use clap::Args;
 use indicatif::ProgressBar;
 use std::cell::RefCell;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Find the best lights for a scene
 ///
 /// Writes best.png, headlight.png, report.html, lit.glb, result.json, convergence.csv and
-/// convergence.svg; of several views, view-01.png and so on and turntable.png too. Ctrl-C ends the search after the running generation and writes the best so far.
+/// convergence.svg; with --collage, collage.png; of several views, view-01.png and so on and turntable.png too. Ctrl-C ends the search after the running generation and writes the best so far.
 #[derive(Debug, Args)]
 pub(super) struct Options {
     #[command(flatten)]
@@ -46,6 +46,10 @@ pub(super) struct Options {
     /// of the lights are solved for, and their places searched. What is not opaque is free
     #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "focus", "keeps", "like"])]
     target_picture: Option<PathBuf>,
+    /// Make what a light collage shows, where each patch of the surface has a light of its own, with lights that shine on
+    /// everything; collage.png has it
+    #[arg(long, conflicts_with_all = ["alternatives", "checkpoint", "focus", "keeps", "like", "strokes", "target_picture"])]
+    collage: bool,
     /// Draw where highlights and shadows are to lie: a PNG of the view's proportions, with bright strokes for highlights, dark
     /// ones for shadows, transparent elsewhere. Each highlight decides where a light stands
     #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "focus", "target_picture"])]
@@ -63,10 +67,15 @@ impl Options {
     fn settings(&self) -> crate::Result<Settings> {
         let settings = self.scene.settings_of(profile::DEFAULT, &self.views)?;
         let settings = completed(settings, (&self.target, &self.search, &self.picture))?;
-        let pictures = self.target_picture.is_some() || self.strokes.is_some();
-        if settings.has_views() && (self.alternatives.is_some() || pictures) {
-            let fault = "--alternatives, --target-picture and --strokes look at one view: they do not go with several views";
+        let painted = self.target_picture.is_some() || self.collage;
+        let others = self.alternatives.is_some();
+        if settings.has_views() && (others || painted || self.strokes.is_some()) {
+            let fault = "--alternatives, --target-picture, --collage and --strokes look at one view: they do not go with \
+                         several views";
             return Err(Error::Argument(fault.into()));
+        }
+        if others || painted {
+            settings.check_together()?;
         }
         Ok(settings)
     }
@@ -85,14 +94,22 @@ impl Options {
         let pictures = drawn.chain(self.search.picture());
         let mut inputs = session.inputs(self.scene.config());
         inputs.extend(Inputs::new(pictures));
-        inputs.spare(&self.out, designer::FILES)?;
+        inputs.spare(&self.out, designer::FILES.into_iter().chain([COLLAGE]))?;
         if let Some(path) = &self.strokes {
             session.stroke(path)?;
         }
+        let target = match &self.target_picture {
+            Some(file) => Some(Target::read(file)?),
+            None if self.collage => Some(Target::collage(&mut session)?),
+            None => None,
+        };
         let mut staging = Staging::new(&self.out)?.sparing(inputs);
+        if let Some(target) = target.as_ref().filter(|_| self.collage) {
+            staging.write(COLLAGE, target.png()?)?;
+        }
         let files = (&*self.out, &designer::FILES[..]);
         let journal = self.checkpoint.open(&mut session, files)?.map(RefCell::new);
-        let way = (self.target_picture.as_deref(), self.wanted(), journal.as_ref());
+        let way = (target.as_ref(), self.wanted(), journal.as_ref());
         let (outcome, others) = search(&mut session, &genome, way, self.scene.json)?;
         let design = designer::write(&mut session, (&outcome, others.as_ref()), &mut staging)?;
         let files = staging.publish()?;
@@ -125,7 +142,7 @@ pub(super) fn run(options: &Options) -> Result<()> {
 fn search(
     session: &mut Session,
     genome: &Genome,
-    (picture, wanted, journal): (Option<&Path>, Option<Wanted>, Option<&RefCell<Journal>>),
+    (target, wanted, journal): (Option<&Target>, Option<Wanted>, Option<&RefCell<Journal>>),
     quiet: bool,
 ) -> Result<(Outcome, Option<Gallery>)> {
     let interrupt = Interrupt::listen()?;
@@ -134,13 +151,13 @@ fn search(
     let begin = Instant::now();
     let mut observe = |progress: &Progress| {
         let rate = progress.evaluations as f64 / begin.elapsed().as_secs_f64();
-        let name = if picture.is_some() { "distance" } else { "F" };
+        let name = if target.is_some() { "distance" } else { "F" };
         bar.set_message(format!("{name} {:.4}, {rate:.0} evaluations/s", progress.best));
         bar.set_position(progress.generation as u64);
         interrupt.check()
     };
-    let found = match (picture, wanted) {
-        (Some(picture), _) => (painter::search(session, genome, picture, &mut observe)?, None),
+    let found = match (target, wanted) {
+        (Some(target), _) => (painter::search(session, genome, target, &mut observe)?, None),
         (None, None) => (designer::search(session, genome, journal, &mut observe)?, None),
         (None, Some(wanted)) => {
             let (outcome, origin) = gallery::search(session, genome, journal, &mut observe)?;
@@ -154,7 +171,9 @@ fn search(
 
 /// Generations of a search of these settings; none where nobody knows them before.
 pub(super) fn generations(settings: &Settings) -> Option<usize> {
-    (settings.optimizer.0.generations)(&settings.optimizers())
+    let searches = if settings.lights.one_by_one { settings.lights.roles.0.len() } else { 1 };
+    let generations = (settings.optimizer.0.generations)(&settings.optimizers())?;
+    Some(searches * generations)
 }
 
 pub(super) fn progress_bar(generations: Option<usize>, quiet: bool) -> ProgressBar {

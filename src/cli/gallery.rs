@@ -53,7 +53,9 @@ pub(super) struct Options {
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
         let settings = self.scene.settings(profile::DEFAULT)?;
-        completed(settings, (&self.target, &self.search, &self.picture))
+        let settings = completed(settings, (&self.target, &self.search, &self.picture))?;
+        settings.check_together()?;
+        Ok(settings)
     }
 
     fn wanted(&self) -> Wanted {

@@ -38,6 +38,9 @@ pub(super) struct IntentOptions {
     /// fill.azimuth. Several times for several
     #[arg(long = "keep", value_name = "LIGHT[.VALUE]")]
     keeps: Vec<Keep>,
+    /// Add the lights one after another: each is the best addition to those before it, which stay as they are
+    #[arg(long)]
+    one_by_one: bool,
 }
 
 impl IntentOptions {
@@ -62,6 +65,7 @@ impl IntentOptions {
         intent.contrast = self.contrast.unwrap_or(intent.contrast);
         intent.mood = self.mood.unwrap_or(intent.mood);
         intent.below &= !self.no_below;
+        settings.lights.one_by_one |= self.one_by_one;
         if !self.focus.is_empty() {
             settings.focus.clone_from(&self.focus);
         }

@@ -11,7 +11,7 @@ use crate::objective::maps::{Maps, PixelCounts};
 use crate::objective::shadows::Shadows;
 use crate::objective::{
     DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, HISTOGRAM_BINS, Irradiance, Needs, OUTLINE_ENOUGH,
-    Objective, Statistics,
+    Objective, Statistics, curvature_level, entropy,
 };
 use crate::scene::view::View;
 use std::ops::Range;
@@ -42,6 +42,8 @@ pub struct Bands {
     told: usize,
     /// Luminance behind the outline, where that is needed.
     background: Option<f32>,
+    /// What the pixels count by curvature; empty unless that is needed.
+    curved: Vec<u8>,
 }
 
 /// What one band adds to an individual's statistics.
@@ -65,6 +67,8 @@ pub struct Part {
     /// Of the encoded irradiance, as `sum` and `squares`.
     irradiance: [f64; 2],
     appearance: AppearanceSums,
+    /// What the pixels of each bin count by curvature.
+    curved: [u32; HISTOGRAM_BINS],
 }
 
 /// How rigs are shaded.
@@ -99,6 +103,7 @@ impl Bands {
             weight: maps.normal_gradient[at].min(DETAIL_MOST),
             scale: 1.0 / (DETAIL_SHARE * maps.normal_gradient[at]).max(DETAIL_LEAST),
         };
+        let curved = |at: usize| curvature_level(maps.normal_gradient[at], maps.normal_detail);
         let place = |at: usize| [maps.surface.position[at], maps.surface.face[at]];
         let target = |at: usize| maps.target.get(at).copied().unwrap_or(NO_TARGET);
         Self {
@@ -109,6 +114,7 @@ impl Bands {
             target: if needs.target { pixels.numbers(target) } else { Vec::new() },
             told: maps.told(),
             background: objective.background.filter(|_| needs.background),
+            curved: if needs.curvature { pixels.numbers(curved) } else { Vec::new() },
             places: if maps.shadows.is_some() { pixels.numbers(place) } else { Vec::new() },
             pixels,
             shading,
@@ -179,6 +185,9 @@ impl Bands {
         if let Some(background) = self.background {
             part.outline = merged(picture, &band.outline, background);
         }
+        if self.needs.curvature {
+            part.curved = kernels::weighted_histogram(own, &self.curved[self.own(band)]);
+        }
         part
     }
 
@@ -246,6 +255,13 @@ impl Bands {
         if self.needs.background {
             let count = self.bands.iter().map(|band| band.outline.len()).sum::<usize>();
             statistics.outline = mean_of(total(|part| part.outline), count as u32) as f32;
+        }
+        if self.needs.curvature {
+            let mut curved = [0; HISTOGRAM_BINS];
+            for part in parts.clone() {
+                curved.iter_mut().zip(part.curved).for_each(|(bin, sum)| *bin += u64::from(sum));
+            }
+            statistics.entropy = entropy(&curved);
         }
         if self.needs.channels {
             statistics.burnt = share(parts.clone().map(|part| part.appearance.burnt).sum());

@@ -5,7 +5,7 @@ use crate::evaluate::Inspection;
 use crate::lighting::LightRecord;
 use crate::lighting::shading::Shading;
 use crate::objective::maps::Maps;
-use crate::objective::{Objective, Quality, Statistics};
+use crate::objective::{Objective, Quality, Statistics, entropy};
 use crate::scene::view::View;
 use glam::Vec3;
 
@@ -25,6 +25,11 @@ pub fn statistics(maps: &Maps, picture: &[f32], objective: &Objective) -> Statis
         detail: if needs.detail { gradient::detail(maps, picture) } else { 0.0 },
         residual: if needs.target { appearance::residual(maps, picture) } else { 0.0 },
         outline: background.map_or(0.0, |b| appearance::outline(maps, picture, b)),
+        entropy: if needs.curvature {
+            entropy(&histogram::by_curvature(maps, picture))
+        } else {
+            0.0
+        },
         ..Statistics::default()
     }
 }

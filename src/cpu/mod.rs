@@ -26,7 +26,7 @@ mod compact;
 mod evaluator;
 mod fast_math;
 mod kernels;
-mod neighbourhood;
+pub(crate) mod neighbourhood;
 mod painter;
 
 pub use evaluator::{CpuEvaluator, device};

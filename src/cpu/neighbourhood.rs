@@ -44,3 +44,8 @@ pub fn sobel(t: [f64; 9]) -> [f64; 2] {
 pub fn laplace(t: [f64; 9]) -> f64 {
     t.iter().map(|tap| tap - t[4]).sum::<f64>() / 8.0
 }
+
+/// Indices of the pixels around pixel `at`, of the eight those in the picture.
+pub fn around(width: u32, height: u32, at: usize) -> impl Iterator<Item = usize> {
+    repeated(width, height, at).into_iter().filter(move |&tap| tap != at)
+}

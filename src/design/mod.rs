@@ -5,6 +5,7 @@
 
 mod batch;
 pub mod coarse;
+pub mod collage;
 mod designer;
 pub mod dispersion;
 pub mod dome;
@@ -13,6 +14,7 @@ pub mod gallery;
 pub mod intent;
 mod journal;
 pub mod like;
+mod one_by_one;
 pub mod paint;
 pub mod profile;
 pub mod race;
@@ -38,6 +40,7 @@ pub use focus::Focused;
 pub use intent::{Intent, Mood};
 pub use journal::{Journal, Remembered};
 pub use like::Look;
+pub use one_by_one::one_by_one;
 pub use race::{Course, race};
 pub use strokes::Strokes;
 pub use views::{Over, Views};

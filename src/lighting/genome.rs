@@ -193,6 +193,13 @@ impl Genome {
         Ok(self)
     }
 
+    /// The same with its first searched lights alone, at least one.
+    pub fn of_first(&self, lights: usize) -> Self {
+        let lights = lights.clamp(1, self.lights());
+        let (roles, searched) = (self.roles[..lights].to_vec(), self.searched[..lights].to_vec());
+        Self { fixed: self.fixed.clone(), up: self.up, ..Self::of(roles, searched) }
+    }
+
     /// The same with lights that stand fast: they follow the searched ones in every rig.
     ///
     /// # Errors

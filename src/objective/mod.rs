@@ -23,7 +23,8 @@ use serde::{Deserialize, Serialize};
 pub use example::Example;
 pub use mean_target::MeanTarget;
 pub use statistics::{
-    BURNT, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, Irradiance, OUTLINE_ENOUGH, Statistics, UNLIT,
+    BURNT, CURVATURE_LEVELS, DETAIL_LEAST, DETAIL_MOST, DETAIL_SHARE, Irradiance, OUTLINE_ENOUGH,
+    Statistics, UNLIT, curvature_level, entropy,
 };
 pub use term::{MAX_TERMS, Needs, Term, Terms};
 

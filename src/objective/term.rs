@@ -27,6 +27,8 @@ pub struct Needs {
     pub background: bool,
     /// Nothing more of pictures, but [`Objective::example`].
     pub example: bool,
+    /// [`Statistics::entropy`].
+    pub curvature: bool,
 }
 
 impl Needs {
@@ -38,6 +40,7 @@ impl Needs {
         target: false,
         background: false,
         example: false,
+        curvature: false,
     };
     /// Visible detail.
     pub const DETAIL: Self = Self { detail: true, ..Self::NONE };
@@ -51,10 +54,17 @@ impl Needs {
     pub const BACKGROUND: Self = Self { background: true, ..Self::NONE };
     /// A given example.
     pub const EXAMPLE: Self = Self { example: true, ..Self::NONE };
+    /// How the brightnesses are spread where the surface curves.
+    pub const CURVATURE: Self = Self { curvature: true, ..Self::NONE };
 
     /// Whether what the lights do has to be known, and not the brightness alone.
     pub fn lights(self) -> bool {
         self.channels || self.irradiance
+    }
+
+    /// Whether sums over pixels have to be known besides those of brightness and gradients.
+    pub fn sums(self) -> bool {
+        self.lights() || self.detail || self.target || self.background
     }
 
     /// What either of two needs.
@@ -66,6 +76,7 @@ impl Needs {
             target: self.target || other.target,
             background: self.background || other.background,
             example: self.example || other.example,
+            curvature: self.curvature || other.curvature,
         }
     }
 
@@ -78,6 +89,7 @@ impl Needs {
             ("target", self.target),
             ("background", self.background),
             ("example", self.example),
+            ("curvature", self.curvature),
         ];
         all.into_iter().filter(|(_, needed)| *needed).map(|(name, _)| name)
     }

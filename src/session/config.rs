@@ -160,6 +160,8 @@ pub struct LightSettings {
     pub keep: bool,
     /// Lights, or values of lights, of the first rig that stay as they are.
     pub hold: Vec<Keep>,
+    /// Whether each light is searched as the best addition to those before it.
+    pub one_by_one: bool,
     /// The values that lights of each role may have.
     pub boxes: Boxes,
 }
@@ -215,6 +217,7 @@ impl Settings {
                 kind,
                 keep: false,
                 hold: Vec::new(),
+                one_by_one: false,
                 boxes: (profile.boxes)(),
             },
             intent: Intent::default(),

@@ -134,7 +134,30 @@ pub fn search(
 ) -> Result<Outcome> {
     let rig = first_rig(session)?;
     let genome = bound(session, genome, rig.clone())?;
+    if session.settings.lights.one_by_one {
+        return one_after_another(session, (&genome, rig), journal, observe);
+    }
     search_from(session, (&genome, rig.as_deref()), (journal, None), observe)
+}
+
+/// Searches the lights one after another; each has the same part of the time.
+fn one_after_another(
+    session: &mut Session,
+    (genome, rig): (&Genome, Option<Rig>),
+    journal: Option<&RefCell<Journal>>,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Outcome> {
+    let begin = Instant::now();
+    let limit = session.settings.time_limit;
+    session.settings.time_limit = limit.map(|limit| limit / genome.lights() as f64);
+    let rig = rig.map(|rig| start::matched(genome, &rig)).transpose()?;
+    let found = design::one_by_one(genome, observe, &mut |genome, observe| {
+        let rig = rig.as_ref().map(|rig| &rig[..genome.lights()]);
+        search_from(session, (genome, rig), (journal, None), observe)
+    });
+    session.settings.time_limit = limit;
+    session.timing.search = milliseconds(begin);
+    found
 }
 
 /// The genome of a session's search: with the lights that are kept, of the rig `first` too, and its horizon.

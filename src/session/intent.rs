@@ -74,14 +74,32 @@ impl Settings {
     }
 
     /// # Errors
-    /// [`Error::Argument`] for lights that are kept of a search that begins with none.
+    /// [`Error::Argument`] for lights that are kept of a search that begins with none, or adds them one by one.
     pub fn check_intent(&self) -> Result<()> {
         if !self.lights.hold.is_empty() && matches!(self.first, First::KMeans | First::Random) {
             let fault = "there is no rig of which a light could be kept: --first names one, such as scene for the \
                          lights of a lit scene, or three-point";
             return Err(Error::Argument(fault.into()));
         }
+        if self.lights.one_by_one && !self.lights.hold.is_empty() {
+            let fault = "lights that are added one by one are held where they were found: \
+                         --one-by-one does not go with --keep";
+            return Err(Error::Argument(fault.into()));
+        }
         self.steered().map(drop)
+    }
+}
+
+impl Settings {
+    /// # Errors
+    /// [`Error::Argument`] for lights that are added one by one, of a search that has to know all of them.
+    pub fn check_together(&self) -> Result<()> {
+        if self.lights.one_by_one {
+            let fault = "--one-by-one goes with 'design', 'batch' and 'thumbnail' alone, and not with \
+                         --alternatives, --target-picture or --collage";
+            return Err(Error::Argument(fault.into()));
+        }
+        Ok(())
     }
 }
 

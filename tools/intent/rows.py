@@ -16,6 +16,15 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[2]
 BACKGROUND = (58, 60, 66)
 COMMON = ["--device", "cpu", "--size", "160x160", "--coarse", "0", "--generations", "40", "-q"]
+# The terms of profile natural.
+TERMS = "edge mean hist detail range burnt unlit relief direction outline".split()
+
+
+def only(term: str) -> list[str]:
+    """The options of an objective of one term."""
+    return ["--weights", ",".join([f"{name}=0" for name in TERMS] + [f"{term}=1"])]
+
+
 # Name of the row, the scene, and the options of each picture.
 ROWS = [
     ("brightness", "elephant", [["--brightness", str(step)] for step in (-2, -1, 0, 1, 2)]),
@@ -24,8 +33,19 @@ ROWS = [
     ("below", "pair", [BELOW := ["--config", str(ROOT / "tools/intent/low.toml")], [*BELOW, "--no-below"]]),
     ("focus", "pair", [[], ["--focus", "amphora"]]),
     ("like", "elephant", [["--mood", "dramatic", "--background", "transparent"], [], ["--like", "{0}"]]),
+    ("entropy", "elephant", [only("hist"), only("entropy"), [*only("entropy"), "--one-by-one"], []]),
     ("warm", "pair", [[], ["--warm", "key=3000K"], ["--warm", "key=3000K", "--warm", "fill=12000K"]]),
 ]
+
+
+def row(pictures: list[Image.Image]) -> Image.Image:
+    """Pictures side by side."""
+    side_by_side = Image.new("RGB", (sum(picture.width for picture in pictures), pictures[0].height))
+    left = 0
+    for picture in pictures:
+        side_by_side.paste(picture, (left, 0))
+        left += picture.width
+    return side_by_side
 
 
 def design(klieg: str, scene: str, options: list[str], folder: Path) -> Image.Image:
@@ -34,6 +54,19 @@ def design(klieg: str, scene: str, options: list[str], folder: Path) -> Image.Im
     subprocess.run([klieg, "design", file, "--out", folder, *COMMON, *options], check=True, stdout=subprocess.DEVNULL)
     picture = Image.open(folder / "best.png").convert("RGBA")
     return Image.alpha_composite(Image.new("RGBA", picture.size, BACKGROUND), picture).convert("RGB")
+
+
+def collage(klieg: str, out: Path, folder: Path) -> None:
+    """A light collage, the nearest rigs of two and of four lights, and the usual light."""
+    made = []
+    for at, options in enumerate((["--collage"], ["--collage", "--lights", "key,fill,rim,fill"], [])):
+        place = folder / str(at)
+        made.append(design(klieg, "elephant", options, place))
+        if at == 0:
+            picture = Image.open(place / "collage.png").convert("RGBA")
+            ground = Image.new("RGBA", picture.size, BACKGROUND)
+            made.insert(0, Image.alpha_composite(ground, picture).convert("RGB"))
+    row(made).save(out / "collage.jpg", quality=88)
 
 
 def gallery(klieg: str, out: Path, folder: Path) -> None:
@@ -76,12 +109,8 @@ def main() -> None:
                 # "{0}" is the first picture of the row.
                 options = [option.format(Path(place, f"{name}0", "best.png")) for option in options]
                 made.append(design(klieg, scene, options, Path(place, f"{name}{at}")))
-            row = Image.new("RGB", (sum(picture.width for picture in made), made[0].height))
-            left = 0
-            for picture in made:
-                row.paste(picture, (left, 0))
-                left += picture.width
-            row.save(out / f"{name}.jpg", quality=88)
+            row(made).save(out / f"{name}.jpg", quality=88)
+        collage(klieg, out, Path(place, "collage"))
         gallery(klieg, out, Path(place, "gallery"))
         turntable(klieg, out, Path(place, "views"))
 

@@ -34,6 +34,23 @@ pub(super) fn histogram_in_lanes(picture: &[f32]) -> [u32; HISTOGRAM_BINS] {
     counts
 }
 
+/// Sums what the pixels weigh in bins.
+pub fn weighted_histogram(picture: &[f32], weights: &[u8]) -> [u32; HISTOGRAM_BINS] {
+    // Neighbours mostly fall into one bin: in tables of their own they need not wait for each other.
+    let mut tables = [[0; HISTOGRAM_BINS]; 4];
+    let mut add = |picture: &[f32], weights: &[u8]| {
+        for ((table, &i), &weight) in tables.iter_mut().zip(picture).zip(weights) {
+            table[bin_of(i) as usize] += u32::from(weight);
+        }
+    };
+    let (mut groups, mut weighed) = (picture.chunks_exact(4), weights.chunks_exact(4));
+    for (picture, weights) in (&mut groups).zip(&mut weighed) {
+        add(picture, weights);
+    }
+    add(groups.remainder(), weighed.remainder());
+    std::array::from_fn(|bin| tables.iter().map(|table| table[bin]).sum())
+}
+
 /// Counts the pixels of at most [`FULL`] blocks.
 #[inline(always)]
 fn count(part: &[f32], counts: &mut [u32; HISTOGRAM_BINS]) {
@@ -133,6 +150,21 @@ mod tests {
         let plain = one_by_one(&picture);
         picture[BLOCK] = 1.0 - picture[BLOCK];
         assert_ne!(histogram(&picture), plain);
+    }
+
+    #[test]
+    fn weights_are_summed_one_by_one() {
+        let mut random = ChaCha8Rng::seed_from_u64(17);
+        let picture: Vec<f32> = (0..1003).map(|_| random.random()).collect();
+        let mut weights: Vec<u8> = (0..1003).map(|_| random.random_range(0..64)).collect();
+        let mut plain = [0; HISTOGRAM_BINS];
+        for (&i, &weight) in picture.iter().zip(&weights) {
+            plain[((i * 32.0) as usize).min(31)] += u32::from(weight);
+        }
+        assert_eq!(weighted_histogram(&picture, &weights), plain);
+        weights[1002] ^= 1;
+        assert_ne!(weighted_histogram(&picture, &weights), plain);
+        assert_eq!(weighted_histogram(&picture, &[1; 1003]), one_by_one(&picture));
     }
 
     #[test]

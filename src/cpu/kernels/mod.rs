@@ -11,7 +11,7 @@ mod statistics;
 
 pub use appearance::{AppearanceSums, appearance, interior_detail, residual, tapped_detail};
 pub use color::{paint, shade_color};
-pub use histogram::histogram;
+pub use histogram::{histogram, weighted_histogram};
 pub use shade::shade;
 pub use shadow::Casting;
 pub use statistics::{interior_gradient, moments, tapped_gradient};

@@ -183,6 +183,8 @@ pub struct Detail {
     pub key_y: f32,
     /// See `key_x`.
     pub key_z: f32,
+    /// [`Statistics::entropy`].
+    pub entropy: f32,
     /// [`Statistics::histogram`].
     pub histogram: [u32; HISTOGRAM_BINS],
 }
@@ -207,6 +209,7 @@ impl Detail {
             residual: self.residual,
             outline: self.outline,
             key: [self.key_x, self.key_y, self.key_z],
+            entropy: self.entropy,
         }
     }
 }

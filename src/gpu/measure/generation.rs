@@ -25,6 +25,9 @@ const STAGES: u32 = 6;
 /// second for it; drivers take a submission of several for a hang, and reset the device.
 const SUBMISSION_WORK: u64 = 1 << 30;
 
+/// Bits of a bin of a partial histogram by curvature.
+const CURVATURE_BITS: u32 = 16;
+
 /// Where a recorded evaluation leaves its scores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScoreTarget {
@@ -103,8 +106,9 @@ impl Fitness {
     /// # Errors
     /// [Device errors](crate::Error::is_device).
     pub fn new(context: &Arc<Context>, view: &ViewMemory, measure: &dyn Measure) -> Result<Self> {
-        let appearance = view.objective.needs() != Needs::NONE;
-        let constants = [FITNESS_GROUP, HISTOGRAM_BINS, measure.bin_bits(), appearance.into()];
+        let needs = view.objective.needs();
+        let parts = [needs.sums(), needs.curvature].map(u32::from);
+        let constants = [FITNESS_GROUP, HISTOGRAM_BINS, measure.bin_bits(), parts[0], parts[1]];
         let spirv = shaders::FITNESS_COMP;
         Pipeline::compute(context, "fitness", spirv, &view.layout, &constants).map(Self)
     }
@@ -376,24 +380,22 @@ fn light_and_detail_bytes(context: &Context, individuals: u32, records: usize) -
 }
 
 /// The specialisation constants that tell shaders what is measured besides the brightness and its
-/// gradients: what the lights do, detail, a target, and the outline before a background.
-pub fn measured(needs: Needs) -> [u32; 4] {
-    [needs.lights(), needs.detail, needs.target, needs.background].map(u32::from)
+/// gradients: what the lights do, detail, a target, the outline before a background, and the histogram by curvature.
+pub fn measured(needs: Needs) -> [u32; 5] {
+    [needs.lights(), needs.detail, needs.target, needs.background, needs.curvature].map(u32::from)
 }
 
 /// Bytes of the partial histograms, moments, gradients and, where the objective needs any, appearances of
 /// one picture.
 pub fn part_bytes(view: &ViewMemory, measure: &dyn Measure) -> [u64; 4] {
     let [histograms, others] = measure.entries().map(u64::from);
+    let needs = view.objective.needs();
+    let bin_bits = measure.bin_bits() + if needs.curvature { CURVATURE_BITS } else { 0 };
     [
-        histograms * HISTOGRAM_BINS as u64 * u64::from(measure.bin_bits() / 8),
+        histograms * HISTOGRAM_BINS as u64 * u64::from(bin_bits / 8),
         others * size_of::<MomentPart>() as u64,
         others * size_of::<GradientPart>() as u64,
-        if view.objective.needs() == Needs::NONE {
-            0
-        } else {
-            others * size_of::<AppearancePart>() as u64
-        },
+        if needs.sums() { others * size_of::<AppearancePart>() as u64 } else { 0 },
     ]
 }
 

@@ -13,7 +13,7 @@ use crate::gpu::vulkan::commands::{COPY_READ, COPY_WRITE, Commands, HOST_READ};
 use crate::gpu::vulkan::memory::{Access, Buffer};
 use crate::gpu::vulkan::pipeline::{Pipeline, RigKind};
 use crate::gpu::vulkan::timer::StageTimer;
-use crate::objective::{HISTOGRAM_BINS, Needs};
+use crate::objective::HISTOGRAM_BINS;
 use ash::vk;
 use std::sync::Arc;
 
@@ -38,16 +38,16 @@ impl<S: PictureStage> Layered<S> {
             let [width, height] = view.size;
             Ok((stem, pipeline, [width.div_ceil(COLUMNS), height.div_ceil(rows)]))
         };
-        let bins = [COLUMNS, HISTOGRAM_ROWS, HISTOGRAM_BINS as u32];
+        let needs = view.objective.needs();
+        let [lights, detail, target, outline, curvature] = generation::measured(needs);
+        let bins = [COLUMNS, HISTOGRAM_ROWS, HISTOGRAM_BINS as u32, curvature];
         let sums = [COLUMNS, SUM_ROWS];
         let mut reductions = vec![
             reduction("histogram", shaders::HISTOGRAM_COMP, HISTOGRAM_ROWS, &bins)?,
             reduction("moments", shaders::MOMENTS_COMP, SUM_ROWS, &sums)?,
             reduction("gradient", shaders::GRADIENT_COMP, SUM_ROWS, &sums)?,
         ];
-        let needs = view.objective.needs();
-        if needs != Needs::NONE {
-            let [lights, detail, target, outline] = generation::measured(needs);
+        if needs.sums() {
             let constants = [COLUMNS, SUM_ROWS, lights, detail, target, outline];
             let spirv = shaders::APPEARANCE_COMP;
             reductions.push(reduction("appearance", spirv, SUM_ROWS, &constants)?);

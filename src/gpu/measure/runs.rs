@@ -62,10 +62,12 @@ impl Runs {
             return Err(context.unsupported(lacks));
         }
         let pixels = Pixels::new(context, view, objects, GROUP)?;
-        let [lights, detail, target, outline] = generation::measured(view.objective.needs());
+        let measured = generation::measured(view.objective.needs());
         let color = u32::from(view.color.is_some());
         let bins = HISTOGRAM_BINS as u32;
-        let constants = [STATISTICS_GROUP, PIXELS, bins, lights, detail, target, outline, color];
+        let mut constants = vec![STATISTICS_GROUP, PIXELS, bins];
+        constants.extend(measured);
+        constants.push(color);
         let spirv = shaders::STATISTICS_COMP;
         let statistics =
             Pipeline::compute(context, "statistics", spirv, &pixels.layout, &constants)?;

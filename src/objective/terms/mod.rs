@@ -12,5 +12,5 @@ macro_rules! table {
 
 table!(
     edge, mean, grad, var, hist, detail, range, burnt, unlit, relief, direction, target, outline,
-    spread, example
+    spread, example, entropy
 );
