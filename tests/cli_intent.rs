@@ -285,6 +285,44 @@ fn what_is_in_focus_is_lit_better_than_without() {
     assert!(!place.path("none").exists());
 }
 
+#[test]
+fn objects_stay_dim_beside_others_that_are_lit() {
+    let place = Folder::new();
+    let pair = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pair.glb");
+    let design = |out: &str, more: &[&str]| {
+        let arguments = ["design", pair.to_str().unwrap(), "--out", out];
+        place.klieg(&[&arguments[..], &options(more)].concat()).assert()
+    };
+    design("plain", &[]).success();
+    design("dim", &["--dim", "amphora"]).success();
+    let [plain, dim] = ["plain", "dim"].map(|out| place.read_json(&format!("{out}/result.json")));
+    assert!(plain["dim"].is_null() && dim["dim"][0] == "amphora");
+    // Root mean square differences from the brightness that is wanted, a quarter being the most that the term tells.
+    let target = |result: &Value, of: &str| result.pointer(of).and_then(Value::as_f64);
+    assert!(target(&plain, "/terms/target").is_none());
+    assert!(target(&dim, "/terms/target").unwrap() < 0.75, "{}", dim["terms"]);
+    assert!(target(&dim, "/headlight/terms/target").unwrap() > 0.99, "{}", dim["headlight"]);
+    let weights = dim["objective"]["weights"].as_object().unwrap();
+    let terms = weights.iter().map(|(name, weight)| {
+        weight.as_f64().unwrap() * dim["terms"][name].as_f64().unwrap_or_default()
+    });
+    let (sum, score) = (terms.sum::<f64>(), dim["score"].as_f64().unwrap());
+    assert!((sum - score).abs() < 1e-4, "{sum} {score}");
+
+    for (names, said) in [
+        ("teapot", "no object is named 'teapot'"),
+        ("amphora,elephant", "does not see what is to stay dim and something beside it: amphora"),
+    ] {
+        let output = design("none", &["--dim", names]).code(2).get_output().clone();
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(text.contains(said), "{text}");
+    }
+    design("both", &["--dim", "amphora", "--focus", "elephant"]).success();
+    let studio = place.klieg(&["studio", "--no-open", "--dim", "amphora"]).assert().code(2);
+    let text = String::from_utf8_lossy(&studio.get_output().stderr).into_owned();
+    assert!(text.contains("--focus and --dim are for"), "{text}");
+}
+
 /// Mean encoded brightness of a square of the picture.
 fn brightness(place: &Folder, out: &str, [x, y]: [u32; 2], side: u32) -> f32 {
     let picture = image::open(place.path(out).join("best.png")).unwrap().to_luma8();

@@ -44,15 +44,15 @@ pub(super) struct Options {
     search: SearchOptions,
     /// Make this picture, a PNG of the design's size and view, such as a painted-over best.png: intensities and colours
     /// of the lights are solved for, and their places searched. What is not opaque is free
-    #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "focus", "keeps", "like"])]
+    #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "dim", "focus", "keeps", "like"])]
     target_picture: Option<PathBuf>,
     /// Make what a light collage shows, where each patch of the surface has a light of its own, with lights that shine on
     /// everything; collage.png has it
-    #[arg(long, conflicts_with_all = ["alternatives", "checkpoint", "focus", "keeps", "like", "strokes", "target_picture"])]
+    #[arg(long, conflicts_with_all = ["alternatives", "checkpoint", "dim", "focus", "keeps", "like", "strokes", "target_picture"])]
     collage: bool,
     /// Draw where highlights and shadows are to lie: a PNG of the view's proportions, with bright strokes for highlights, dark
     /// ones for shadows, transparent elsewhere. Each highlight decides where a light stands
-    #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "focus", "target_picture"])]
+    #[arg(long, value_name = "PICTURE", conflicts_with_all = ["checkpoint", "dim", "focus", "target_picture"])]
     strokes: Option<PathBuf>,
     /// Look for so many other lights, good and different, 1 to 98: they stand in report.html and result.json [default: none]
     #[arg(long, value_name = "N", conflicts_with = "target_picture")]

@@ -30,6 +30,9 @@ pub(super) struct IntentOptions {
     /// for the rest
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     focus: Vec<String>,
+    /// Leave some objects dim, by the names of nodes or meshes: all others are lit as if these were none of them
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    dim: Vec<String>,
     /// Light like that of a picture, a PNG, JPEG or WebP file, transparent where it shows nothing of the kind: its
     /// brightnesses and gradients, and the tints of its lights and shadows
     #[arg(long, value_name = "PICTURE")]
@@ -68,6 +71,9 @@ impl IntentOptions {
         settings.lights.one_by_one |= self.one_by_one;
         if !self.focus.is_empty() {
             settings.focus.clone_from(&self.focus);
+        }
+        if !self.dim.is_empty() {
+            settings.dim.clone_from(&self.dim);
         }
         if !self.keeps.is_empty() {
             settings.lights.hold.clone_from(&self.keeps);

@@ -4,6 +4,7 @@ use super::input::SceneFile;
 use super::options::{LookOptions, SearchOptions, TargetOptions, completed};
 use super::picture::PictureOptions;
 use super::print;
+use crate::Error;
 use crate::design::profile;
 use crate::session::config::Settings;
 use crate::studio;
@@ -39,7 +40,12 @@ pub(super) struct Options {
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
         let settings = self.look.settings(profile::DEFAULT)?;
-        completed(settings, (&self.target, &self.search, &self.picture))
+        let settings = completed(settings, (&self.target, &self.search, &self.picture))?;
+        if !(settings.focus.is_empty() && settings.dim.is_empty()) {
+            let fault = "the page judges all objects alike: --focus and --dim are for 'design', 'batch' and 'gallery'";
+            return Err(Error::Argument(fault.into()));
+        }
+        Ok(settings)
     }
 }
 

@@ -149,7 +149,10 @@ mod tests {
             around.map(|(x, y)| f32::from(picture.get_pixel(x, y).0[3])).sum::<f32>() / 256.0
         };
         let [worst, middle, best] = [mean(40, 152), mean(96, 96), mean(152, 40)];
-        assert!(worst < 30.0 && middle > worst + 40.0 && best > middle + 60.0, "{worst} {middle} {best}");
+        assert!(
+            worst < 30.0 && middle > worst + 40.0 && best > middle + 60.0,
+            "{worst} {middle} {best}"
+        );
         assert_eq!(picture.get_pixel(4, 4).0[3], 0);
     }
 

@@ -33,6 +33,9 @@ pub struct GalleryRecord {
     /// Names of the objects for which it was wanted most.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub focus: Vec<String>,
+    /// Names of the objects that were to stay dim.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub dim: Vec<String>,
     /// Settings of the quality function.
     pub objective: ObjectiveRecord,
     /// The headlight's quality.

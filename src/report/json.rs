@@ -278,6 +278,9 @@ pub struct Design {
     /// Names of the objects for which it was wanted most.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub focus: Vec<String>,
+    /// Names of the objects that were to stay dim.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub dim: Vec<String>,
     /// Whether strokes said where highlights and shadows were to lie.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub strokes: bool,
@@ -324,6 +327,7 @@ impl Design {
             seed,
             intent: Intent::default(),
             focus: Vec::new(),
+            dim: Vec::new(),
             strokes: false,
             objective: objective.into(),
             quality,

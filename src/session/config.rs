@@ -65,6 +65,8 @@ pub struct Settings {
     pub intent: Intent,
     /// Names of the objects for which it is wanted most.
     pub focus: Vec<String>,
+    /// Names of the objects that are to stay dim.
+    pub dim: Vec<String>,
     /// The quality function.
     pub objective: Objective,
     /// The shading model.
@@ -222,6 +224,7 @@ impl Settings {
             },
             intent: Intent::default(),
             focus: Vec::new(),
+            dim: Vec::new(),
             objective: (profile.objective)(),
             shading: (profile.shading)(),
             shadows: ShadowSettings { on: profile.shadows, ..ShadowSettings::default() },

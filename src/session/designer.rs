@@ -1,8 +1,8 @@
 //! How a design is made, one or many: the search, and all files that it leaves behind.
 
 use super::config::{First, Settings};
-use super::gallery::{self, Gallery};
 use super::device::Opened;
+use super::gallery::{self, Gallery};
 use super::views::{self, shrunk_evaluator, small_evaluator};
 use super::{Engine, Session, intent, milliseconds, warn};
 use crate::design::coarse::run_coarse_first;
@@ -311,6 +311,7 @@ pub fn result(session: &mut Session, outcome: &Outcome) -> Result<Design> {
     design.timing_ms = session.finish();
     design.intent = session.settings.intent;
     design.focus.clone_from(&session.settings.focus);
+    design.dim.clone_from(&session.settings.dim);
     design.strokes = session.strokes.is_some();
     Ok(design)
 }

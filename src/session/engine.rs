@@ -5,7 +5,7 @@ use super::device::{self, Opened};
 use super::pipelines::Stored;
 use super::values::Device;
 use crate::cpu::{self, CpuEvaluator};
-use crate::design::{Focused, Views};
+use crate::design::{Dimmed, Focused, Views};
 use crate::evaluate::Evaluator;
 use crate::gpu::{GpuEvaluator, PipelineKind};
 use crate::lighting::{Light, Stand};
@@ -30,6 +30,8 @@ pub enum Engine {
     },
     /// Two of them, for a focus.
     Focused(Box<Focused<Engine>>),
+    /// Three of them, for objects that are to stay dim.
+    Dimmed(Box<Dimmed<Engine>>),
     /// One for each of several views.
     Views(Box<Views<Engine>>),
 }
@@ -46,6 +48,7 @@ impl Engine {
             Self::Cpu(evaluator) => evaluator,
             Self::Vulkan { gpu, .. } => gpu,
             Self::Focused(both) => both,
+            Self::Dimmed(all) => all,
             Self::Views(views) => views,
         }
     }
@@ -68,6 +71,7 @@ impl Engine {
             Self::Cpu(_) => None,
             Self::Vulkan { gpu, .. } => Some(gpu.pipeline()),
             Self::Focused(both) => both.whole().pipeline(),
+            Self::Dimmed(all) => all.whole().pipeline(),
             Self::Views(views) => views.first().pipeline(),
         }
     }
@@ -78,6 +82,7 @@ impl Engine {
             Self::Cpu(_) => &[],
             Self::Vulkan { gpu, .. } => gpu.timings(),
             Self::Focused(both) => both.whole().stage_times(),
+            Self::Dimmed(all) => all.whole().stage_times(),
             Self::Views(views) => views.first().stage_times(),
         }
     }
@@ -91,6 +96,7 @@ impl Deref for Engine {
             Self::Cpu(evaluator) => &**evaluator,
             Self::Vulkan { gpu, .. } => &**gpu,
             Self::Focused(both) => &**both,
+            Self::Dimmed(all) => &**all,
             Self::Views(views) => &**views,
         }
     }
@@ -102,6 +108,7 @@ impl DerefMut for Engine {
             Self::Cpu(evaluator) => &mut **evaluator,
             Self::Vulkan { gpu, .. } => &mut **gpu,
             Self::Focused(both) => &mut **both,
+            Self::Dimmed(all) => &mut **all,
             Self::Views(views) => &mut **views,
         }
     }

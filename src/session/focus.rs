@@ -1,10 +1,12 @@
-//! Objects that light is wanted for most, by their names.
+//! Objects that light is wanted for most, and objects that are to stay dim, by their names.
 
 use super::config::Settings;
 use super::device::Opened;
 use super::engine::{Engine, evaluator_of};
 use crate::cpu::objects::of_objects;
-use crate::design::Focused;
+use crate::design::dim::{self, DIM_BRIGHTNESS};
+use crate::design::{Dimmed, Focused};
+use crate::objective::Term;
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
@@ -13,12 +15,55 @@ use std::ops::Range;
 /// Names that a message shows at most.
 const SHOWN: usize = 20;
 
+/// The evaluator that judges a view as the settings ask for, with their wishes for objects: `whole` itself where there are
+/// none, and nothing where none of the named objects is seen, or nothing beside those that are to stay dim.
+///
+/// # Errors
+/// [`Error::Input`] for a name that no object has, and what the device reports.
+pub fn wished(
+    mut whole: Engine,
+    device: &Opened,
+    (scene, view): (&Scene, &View),
+    settings: &Settings,
+) -> Result<Option<Engine>> {
+    if settings.dim.is_empty() {
+        return focused(whole, device, (scene, view), settings);
+    }
+    let ranges = polygons(scene, &settings.dim)?;
+    let named = |code: u32| ranges.iter().any(|range| range.contains(&code));
+    let maps = whole.maps()?;
+    let (lit, mut dim) = (of_objects(maps, |code| !named(code)), of_objects(maps, named));
+    if lit.counts.object() == 0 || dim.counts.object() == 0 {
+        return Ok(None);
+    }
+    let pixels = dim.types.len();
+    dim.set_target(vec![DIM_BRIGHTNESS; pixels])?;
+    let lit = evaluator_of(device, (lit, view), settings)?;
+    let Some(lit) = focused(lit, device, (scene, view), settings)? else { return Ok(None) };
+    let objective = dim::objective(&settings.objective)?;
+    let dim = evaluator_of(device, (dim, view), &Settings { objective, ..settings.clone() })?;
+    Ok(Some(Engine::Dimmed(Box::new(Dimmed::new(whole, lit, dim)))))
+}
+
+impl Settings {
+    /// Has the objective say what objects that are to stay dim count for.
+    ///
+    /// # Errors
+    /// None in practice: the term is klieg's own.
+    pub(super) fn weigh_dim(&mut self) -> Result<()> {
+        if self.dim.is_empty() {
+            return Ok(());
+        }
+        self.objective.weights.set(Term::named("target")?, dim::DIM_WEIGHT)
+    }
+}
+
 /// The evaluator that judges the objects which the settings name besides the `whole` view; `whole` itself where they
 /// name none, and nothing where none of them is seen.
 ///
 /// # Errors
 /// [`Error::Input`] for a name that no object has, and what the device reports.
-pub fn focused(
+fn focused(
     mut whole: Engine,
     device: &Opened,
     (scene, view): (&Scene, &View),
@@ -36,10 +81,17 @@ pub fn focused(
     Ok(Some(Engine::Focused(Box::new(Focused::new(whole, part)))))
 }
 
-/// The fault of a focus that the picture does not show.
-pub fn out_of_view(scene: &Scene, view: &View, names: &[String]) -> Error {
-    let (camera, names) = (&view.camera.name, names.join(", "));
-    Error::input(&scene.path, format!("camera '{camera}' does not see what is in focus: {names}"))
+/// The fault of wishes for objects that the picture does not show.
+pub fn out_of_view(scene: &Scene, view: &View, settings: &Settings) -> Error {
+    let camera = &view.camera.name;
+    let wish = |words: &str, names: &[String]| match names.is_empty() {
+        true => String::new(),
+        false => format!(" {words}: {};", names.join(", ")),
+    };
+    let focus = wish("what is in focus", &settings.focus);
+    let dim = wish("what is to stay dim and something beside it", &settings.dim);
+    let all = format!("camera '{camera}' does not see{focus}{dim}");
+    Error::input(&scene.path, all.trim_end_matches(';'))
 }
 
 /// Colour codes of the objects of these names: of nodes or meshes of exactly one, or else of those that contain it, upper

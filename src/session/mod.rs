@@ -152,12 +152,13 @@ impl Session {
     fn of_views(
         device: &Opened,
         (views, load): (Vec<Seen>, f64),
-        settings: Settings,
+        mut settings: Settings,
         begin: Instant,
     ) -> Result<Self> {
         let (scene, view) = (Arc::clone(&views[0].scene), views[0].view.clone());
         let kept = kept(&scene, &view, &settings)?;
         let evaluator = views::evaluator(device, &views, &settings, kept.len())?;
+        settings.weigh_dim()?;
         let timing = Timing { load, maps: milliseconds(begin), ..Timing::default() };
         let (camera, width, height) = (&view.camera.name, view.width, view.height);
         tracing::debug!(

@@ -38,6 +38,10 @@ impl Session {
     /// # Errors
     /// [`Error::Input`] for a picture that cannot be used, and what the device reports.
     pub fn stroke(&mut self, path: &Path) -> Result<()> {
+        if !self.settings.dim.is_empty() {
+            let fault = "strokes do not go with objects that are to stay dim: draw shadows on them";
+            return Err(Error::Argument(fault.into()).into());
+        }
         let picture = read_picture(path)?;
         let fault = |fault| Error::input(path, fault);
         let strokes = Strokes::of(&picture, self.evaluator.maps()?).map_err(fault)?;
@@ -64,10 +68,10 @@ fn weigh(objective: &mut Objective, weight: f32) -> Checked<()> {
     objective.weights.set(Term::named("target")?, weight)
 }
 
-/// The settings for an evaluator that sees no strokes.
+/// The settings for an evaluator that compares with no target.
 pub(super) fn unmarked(session: &Session, settings: &Settings) -> Checked<Settings> {
     let mut settings = settings.clone();
-    if session.strokes.is_some() {
+    if session.strokes.is_some() || !settings.dim.is_empty() {
         weigh(&mut settings.objective, 0.0)?;
     }
     Ok(settings)

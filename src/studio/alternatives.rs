@@ -63,6 +63,7 @@ fn find(
     let objective = asked.look.objective(&settings.objective)?;
     settings.objective = coarse::objective(&objective, &whole, &view);
     settings.focus = Vec::new();
+    settings.dim = Vec::new();
     let loaded = Loaded { scene: Arc::clone(&hall.held.scene), load: 0.0 };
     let device = &crate::session::device::Opened::Cpu;
     let mut session = Session::of_view(device, (loaded, view), settings, start)?;

@@ -31,7 +31,7 @@ ROWS = [
     ("contrast", "elephant", [["--contrast", str(step)] for step in (-2, -1, 0, 1, 2)]),
     ("mood", "elephant", [["--mood", mood] for mood in ("soft", "natural", "dramatic")]),
     ("below", "pair", [BELOW := ["--config", str(ROOT / "tools/intent/low.toml")], [*BELOW, "--no-below"]]),
-    ("focus", "pair", [[], ["--focus", "amphora"]]),
+    ("focus", "pair", [[], ["--focus", "amphora"], ["--dim", "amphora"], ["--dim", "elephant"]]),
     ("like", "elephant", [["--mood", "dramatic", "--background", "transparent"], [], ["--like", "{0}"]]),
     ("entropy", "elephant", [only("hist"), only("entropy"), [*only("entropy"), "--one-by-one"], []]),
     ("warm", "pair", [[], ["--warm", "key=3000K"], ["--warm", "key=3000K", "--warm", "fill=12000K"]]),

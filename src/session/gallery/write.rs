@@ -144,12 +144,13 @@ fn record(
         files: RigFiles::of(at + 1),
     };
     let rigs = gallery.rigs.iter().enumerate().map(rig).collect();
-    let Settings { seed, intent, focus, objective, .. } = &session.settings;
+    let Settings { seed, intent, focus, dim, objective, .. } = &session.settings;
     Ok(GalleryRecord {
         header: session.header(GalleryRecord::SCHEMA),
         seed: *seed,
         intent: *intent,
         focus: focus.clone(),
+        dim: dim.clone(),
         objective: objective.into(),
         headlight,
         slack,

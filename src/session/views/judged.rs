@@ -60,8 +60,8 @@ pub(in crate::session) fn evaluator(
         sees(&mut engine, scene, view)?;
         note_coarse_shadows(&mut engine, &settings.shadows)?;
         casting.keep(seen, occluders(&mut engine)?);
-        let engine = focus::focused(engine, device, (scene, view), settings)?
-            .ok_or_else(|| focus::out_of_view(scene, view, &settings.focus))?;
+        let engine = focus::wished(engine, device, (scene, view), settings)?
+            .ok_or_else(|| focus::out_of_view(scene, view, settings))?;
         made.push(engine);
     }
     joined(made, views, settings, fixed)
@@ -113,7 +113,8 @@ pub(in crate::session) fn shrunk_evaluator(
             let both = (device, &small);
             engine = strokes::marked(&mut engine, &strokes, both, &settings)?.unwrap_or(engine);
         }
-        match focus::focused(engine, device, seen, &settings)? {
+        let wished = if session.strokes.is_some() { &settings } else { &unmarked };
+        match focus::wished(engine, device, seen, wished)? {
             Some(engine) => made.push(engine),
             None => return Ok(None),
         }
