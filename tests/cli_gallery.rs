@@ -188,5 +188,6 @@ fn a_design_shows_alternatives_where_they_are_wanted() {
     }
     let report = browser::check(&place.path("out/report.html"));
     assert_eq!(report.faults(), [""; 0]);
-    assert_eq!(report.pictures, 4 + 3);
+    // Besides the alternatives four rigs, two of them under the wiper, and a map for each of two lights.
+    assert_eq!(report.pictures, 3 + 8);
 }
