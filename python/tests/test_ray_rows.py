@@ -56,5 +56,5 @@ def test_a_fault_of_its_own_is_that_items_and_an_interrupt_is_not() -> None:
 
 
 def test_options_that_there_are_not_are_refused_at_once() -> None:
-    with pytest.raises(klieg.InputError, match="generation"):
-        klieg.ray.Designer("cpu", generations=-1)
+    with pytest.raises(klieg.InputError, match="lights are a number"):
+        klieg.ray.Designer("cpu", lights="lamp")
