@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn shares_of_many_pixels_add_up() {
-        let texels = (0..1 << 20).map(|at: u32| [if at % 3 == 0 { 40 } else { 90 }; 3]);
+        let texels = (0..1 << 20).map(|at: u32| [if at.is_multiple_of(3) { 40 } else { 90 }; 3]);
         let texels = texels.map(|[r, g, b]| [r, g, b, 255]).collect();
         let look = Look::of(&picture(1024, texels), 512).unwrap();
         look.example.check().unwrap();
