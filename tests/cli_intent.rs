@@ -1,5 +1,6 @@
 //! What light is wanted, from the command line to the picture.
 
+use assert_cmd::assert::Assert;
 use glam::Vec3;
 use image::Rgba;
 use klieg::cpu::CpuEvaluator;
@@ -256,14 +257,17 @@ fn judged_by(object: &str, result: &Value) -> f32 {
     evaluator.inspect(&rig).unwrap().score
 }
 
+/// Designs two objects into `out`.
+fn design_pair(place: &Folder, out: &str, more: &[&str]) -> Assert {
+    let pair = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pair.glb");
+    let arguments = ["design", pair.to_str().unwrap(), "--out", out];
+    place.klieg(&[&arguments[..], &options(more)].concat()).assert()
+}
+
 #[test]
 fn what_is_in_focus_is_lit_better_than_without() {
     let place = Folder::new();
-    let pair = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pair.glb");
-    let design = |out: &str, more: &[&str]| {
-        let arguments = ["design", pair.to_str().unwrap(), "--out", out];
-        place.klieg(&[&arguments[..], &options(more)].concat()).assert()
-    };
+    let design = |out: &str, more: &[&str]| design_pair(&place, out, more);
     design("plain", &[]).success();
     design("focused", &["--focus", "AMPHORA"]).success();
     let [plain, focused] =
@@ -288,11 +292,7 @@ fn what_is_in_focus_is_lit_better_than_without() {
 #[test]
 fn objects_stay_dim_beside_others_that_are_lit() {
     let place = Folder::new();
-    let pair = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pair.glb");
-    let design = |out: &str, more: &[&str]| {
-        let arguments = ["design", pair.to_str().unwrap(), "--out", out];
-        place.klieg(&[&arguments[..], &options(more)].concat()).assert()
-    };
+    let design = |out: &str, more: &[&str]| design_pair(&place, out, more);
     design("plain", &[]).success();
     design("dim", &["--dim", "amphora"]).success();
     let [plain, dim] = ["plain", "dim"].map(|out| place.read_json(&format!("{out}/result.json")));

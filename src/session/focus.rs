@@ -3,10 +3,10 @@
 use super::config::Settings;
 use super::device::Opened;
 use super::engine::{Engine, evaluator_of};
+use super::strokes::weigh_target;
 use crate::cpu::objects::of_objects;
-use crate::design::dim::{self, DIM_BRIGHTNESS};
+use crate::design::dim::{self, DIM_BRIGHTNESS, DIM_WEIGHT};
 use crate::design::{Dimmed, Focused};
-use crate::objective::Term;
 use crate::scene::Scene;
 use crate::scene::view::View;
 use crate::{Error, Result};
@@ -29,17 +29,18 @@ pub fn wished(
     if settings.dim.is_empty() {
         return focused(whole, device, (scene, view), settings);
     }
-    let ranges = polygons(scene, &settings.dim)?;
-    let named = |code: u32| ranges.iter().any(|range| range.contains(&code));
+    let named = named(scene, &settings.dim)?;
     let maps = whole.maps()?;
-    let (lit, mut dim) = (of_objects(maps, |code| !named(code)), of_objects(maps, named));
+    let (lit, mut dim) = (of_objects(maps, |code| !named(code)), of_objects(maps, &named));
     if lit.counts.object() == 0 || dim.counts.object() == 0 {
         return Ok(None);
     }
     let pixels = dim.types.len();
     dim.set_target(vec![DIM_BRIGHTNESS; pixels])?;
-    let lit = evaluator_of(device, (lit, view), settings)?;
-    let Some(lit) = focused(lit, device, (scene, view), settings)? else { return Ok(None) };
+    let mut others = settings.clone();
+    weigh_target(&mut others.objective, 0.0)?;
+    let lit = evaluator_of(device, (lit, view), &others)?;
+    let Some(lit) = focused(lit, device, (scene, view), &others)? else { return Ok(None) };
     let objective = dim::objective(&settings.objective)?;
     let dim = evaluator_of(device, (dim, view), &Settings { objective, ..settings.clone() })?;
     Ok(Some(Engine::Dimmed(Box::new(Dimmed::new(whole, lit, dim)))))
@@ -54,7 +55,7 @@ impl Settings {
         if self.dim.is_empty() {
             return Ok(());
         }
-        self.objective.weights.set(Term::named("target")?, dim::DIM_WEIGHT)
+        weigh_target(&mut self.objective, DIM_WEIGHT)
     }
 }
 
@@ -72,8 +73,7 @@ fn focused(
     if settings.focus.is_empty() {
         return Ok(Some(whole));
     }
-    let ranges = polygons(scene, &settings.focus)?;
-    let maps = of_objects(whole.maps()?, |code| ranges.iter().any(|range| range.contains(&code)));
+    let maps = of_objects(whole.maps()?, named(scene, &settings.focus)?);
     if maps.counts.object() == 0 {
         return Ok(None);
     }
@@ -94,10 +94,10 @@ pub fn out_of_view(scene: &Scene, view: &View, settings: &Settings) -> Error {
     Error::input(&scene.path, all.trim_end_matches(';'))
 }
 
-/// Colour codes of the objects of these names: of nodes or meshes of exactly one, or else of those that contain it, upper
+/// Whether a colour code is of an object of these names: of nodes or meshes of exactly one, or else of those that contain it, upper
 /// and lower case alike.
-fn polygons(scene: &Scene, names: &[String]) -> Result<Vec<Range<u32>>> {
-    let mut ranges = Vec::new();
+fn named(scene: &Scene, names: &[String]) -> Result<impl Fn(u32) -> bool + use<>> {
+    let mut ranges: Vec<Range<u32>> = Vec::new();
     for name in names {
         let wanted = name.to_lowercase();
         let having = |test: &dyn Fn(&str) -> bool| -> Vec<_> {
@@ -117,7 +117,7 @@ fn polygons(scene: &Scene, names: &[String]) -> Result<Vec<Range<u32>>> {
         }
         ranges.append(&mut found);
     }
-    Ok(ranges)
+    Ok(move |code| ranges.iter().any(|range| range.contains(&code)))
 }
 
 /// What is said of a name that no object has.

@@ -88,9 +88,7 @@ impl Settings {
         }
         self.steered().map(drop)
     }
-}
 
-impl Settings {
     /// # Errors
     /// [`Error::Argument`] for lights that are added one by one, of a search that has to know all of them.
     pub fn check_together(&self) -> Result<()> {

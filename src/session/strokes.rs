@@ -46,7 +46,7 @@ impl Session {
         let fault = |fault| Error::input(path, fault);
         let strokes = Strokes::of(&picture, self.evaluator.maps()?).map_err(fault)?;
         if strokes.has_shadows() {
-            weigh(&mut self.settings.objective, SHADOW_WEIGHT)?;
+            weigh_target(&mut self.settings.objective, SHADOW_WEIGHT)?;
         }
         let seen = (&self.device, &self.view);
         if let Some(marked) = marked(&mut self.evaluator, &strokes, seen, &self.settings)? {
@@ -63,8 +63,8 @@ impl Session {
     }
 }
 
-/// Gives the term that compares with the strokes of shadows a weight.
-fn weigh(objective: &mut Objective, weight: f32) -> Checked<()> {
+/// Gives the term that compares with a target picture a weight.
+pub(super) fn weigh_target(objective: &mut Objective, weight: f32) -> Checked<()> {
     objective.weights.set(Term::named("target")?, weight)
 }
 
@@ -72,7 +72,7 @@ fn weigh(objective: &mut Objective, weight: f32) -> Checked<()> {
 pub(super) fn unmarked(session: &Session, settings: &Settings) -> Checked<Settings> {
     let mut settings = settings.clone();
     if session.strokes.is_some() || !settings.dim.is_empty() {
-        weigh(&mut settings.objective, 0.0)?;
+        weigh_target(&mut settings.objective, 0.0)?;
     }
     Ok(settings)
 }

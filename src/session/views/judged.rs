@@ -113,8 +113,7 @@ pub(in crate::session) fn shrunk_evaluator(
             let both = (device, &small);
             engine = strokes::marked(&mut engine, &strokes, both, &settings)?.unwrap_or(engine);
         }
-        let wished = if session.strokes.is_some() { &settings } else { &unmarked };
-        match focus::wished(engine, device, seen, wished)? {
+        match focus::wished(engine, device, seen, &settings)? {
             Some(engine) => made.push(engine),
             None => return Ok(None),
         }
