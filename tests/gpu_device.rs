@@ -38,6 +38,25 @@ fn a_device_that_is_not_there_is_the_callers_fault() {
     }
 }
 
+/// The libraries of this process, without validation layers.
+#[cfg(target_os = "linux")]
+fn libraries() -> std::collections::BTreeSet<String> {
+    let maps = std::fs::read_to_string("/proc/self/maps").expect("Linux");
+    let paths = maps.lines().filter_map(|line| line.split_whitespace().nth(5));
+    paths.filter(|path| path.contains(".so") && !path.contains("VkLayer")).map(Into::into).collect()
+}
+
+/// NVIDIA's driver can be loaded 30 times in a process and no more.
+#[cfg(target_os = "linux")]
+#[test]
+fn drivers_stay_loaded_when_a_context_goes() {
+    let context = with(DeviceChoice::Best).expect("a device");
+    let held = libraries();
+    drop(context);
+    let gone = &held - &libraries();
+    assert!(gone.is_empty(), "{gone:?}");
+}
+
 /// Set in the test's own copies of itself, whose environment lacks something.
 const COPY: &str = "KLIEG_TEST_COPY";
 

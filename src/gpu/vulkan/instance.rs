@@ -43,10 +43,7 @@ impl OwnedInstance {
     /// # Errors
     /// [`Error::NoVulkan`] without a loader, or without the validation layer when it is asked for.
     pub(in crate::gpu) fn new(validation: bool) -> Result<Self> {
-        // SAFETY: the system's Vulkan loader has no preconditions for being loaded; the entry is
-        // kept as long as anything made from it.
-        let entry = unsafe { ash::Entry::load() }
-            .map_err(|error| Error::NoVulkan(format!("no Vulkan loader: {error}")))?;
+        let entry = load()?;
         if validation {
             require_validation(&entry)?;
         }
@@ -54,6 +51,7 @@ impl OwnedInstance {
         let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
             .call("vkEnumerateInstanceExtensionProperties")?;
         let debug_utils = validation || has_extension(&extensions, ext::debug_utils::NAME);
+        keep_drivers()?;
         let messages = Box::<Messages>::default();
         let raw = create(&entry, validation, debug_utils, &messages)?;
         let mut instance = Self { raw, debug_utils, messenger: None, messages, _entry: entry };
@@ -80,6 +78,26 @@ impl Drop for OwnedInstance {
             self.raw.destroy_instance(None);
         }
     }
+}
+
+fn load() -> Result<ash::Entry> {
+    // SAFETY: the system's Vulkan loader has no preconditions for being loaded; the entry is
+    // kept as long as anything made from it.
+    unsafe { ash::Entry::load() }
+        .map_err(|error| Error::NoVulkan(format!("no Vulkan loader: {error}")))
+}
+
+/// Keeps the drivers in memory until the process ends, by an instance that is never destroyed: the loader takes them
+/// out with the last instance, and NVIDIA's can be loaded 30 times in a process and no more (580.159: "cannot
+/// allocate memory in static TLS block").
+fn keep_drivers() -> Result<()> {
+    static KEPT: Mutex<Option<(ash::Instance, ash::Entry)>> = Mutex::new(None);
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    if kept.is_none() {
+        let entry = load()?;
+        *kept = Some((create(&entry, false, false, &Messages::default())?, entry));
+    }
+    Ok(())
 }
 
 fn create(
