@@ -41,7 +41,7 @@ PYTHON_ENV = $(BUILDS)/python
 WHEELS = $(BUILDS)/wheels
 
 .PHONY: help setup design spirv test test-rust test-python check check-python program library install install-program \
-	install-library judge intent gpu-kit fuzz soak bits deny msrv package wheel \
+	install-library judge intent studio-speed gpu-kit fuzz soak bits deny msrv package wheel \
 	python-module test-blender test-ray blender-addon
 
 help:
@@ -51,6 +51,7 @@ help:
 	@echo 'make spirv  compile the shaders for builds without a shader compiler: after each change of a shader'
 	@echo 'make judge [JUDGE_SCENES=FOLDER] [JUDGE_OUT=FOLDER]   judge designs in Blender, beside the usual rigs'
 	@echo 'make intent  make the pictures of docs/INTENT.md anew'
+	@echo 'make studio-speed [SCENE=FILE]  measure how soon the page of klieg studio answers'
 	@echo 'make gpu-kit  build a folder that tests and times klieg on another machine with a GPU'
 	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the program,'
 	@echo '            its manual page, its completions and the C library'
@@ -192,6 +193,13 @@ judge: $(if $(JUDGE_KLIEG),,setup) $(JUDGE_ENV)/installed
 	$(if $(JUDGE_KLIEG),,cargo build --release)
 	"$(JUDGE_ENV)/bin/python" tools/judge/judge.py "$(JUDGE_SCENES)" --out "$(JUDGE_OUT)" \
 		--klieg "$(or $(JUDGE_KLIEG),$(or $(CARGO_TARGET_DIR),target)/release/klieg)" $(JUDGE_ARGS)
+
+# How soon the page of klieg studio answers; needs Node.js and Chromium.
+studio-speed: setup
+	@.ci/setup test
+	cargo build --release
+	cd studio && npm ci --silent --no-audit --no-fund
+	node studio/tests/speed.mjs "$${CHROMIUM:-$$(command -v chromium chromium-browser google-chrome | head -1)}" "$(or $(CARGO_TARGET_DIR),target)/release/klieg" "$(SCENE)"
 
 # The rows of pictures in docs/INTENT.md; needs Python with Pillow.
 intent: setup

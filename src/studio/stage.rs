@@ -31,8 +31,6 @@ const COARSE: u32 = 128;
 
 /// Directions along a side of the shadow table of coarse pictures, and of the first of whole ones.
 const COARSE_SIDE: u32 = 11;
-/// See [`COARSE_SIDE`].
-const EARLY_SIDE: u32 = 15;
 
 /// What is seen: a stage is for one of these.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,7 +157,7 @@ impl Stage {
             take(Self::of_maps(hall, seen, (maps, objective), Fineness::Full)?);
             return Ok(());
         };
-        let sides = [(EARLY_SIDE, Fineness::Coarse), (settings.side, Fineness::Full)];
+        let sides = [(COARSE_SIDE, Fineness::Coarse), (settings.side, Fineness::Full)];
         for (side, fineness) in sides {
             if fineness == Fineness::Coarse && side >= settings.side {
                 continue;

@@ -1,8 +1,8 @@
 // A picture on the page: its canvas, and what pointer and keys do on it.
 import type { ReadonlySignal } from "@preact/signals";
-import { signal } from "@preact/signals";
+import { effect, signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { home, orbit, pan, zoom } from "./camera";
 import { pointerMoved, type Shown } from "./drawing";
 import { commit } from "./history";
@@ -118,20 +118,25 @@ function onKeyDown(event: KeyboardEvent) {
   event.preventDefault();
 }
 
-/** The canvas of what came last. */
+/** The canvas of what came last, which is put there as it comes: pictures do not wait for the page. */
 export function Canvas({ shown }: { shown: ReadonlySignal<Shown | null> }) {
   const canvas = useRef<HTMLCanvasElement>(null);
-  const image = shown.value?.image;
-  useEffect(() => {
-    const element = canvas.current;
-    if (!element || !image) return;
-    if (element.width !== image.width || element.height !== image.height) {
-      element.width = image.width;
-      element.height = image.height;
-    }
-    element.getContext("2d")?.putImageData(image, 0, 0);
-  }, [image]);
-  return <canvas ref={canvas} width={1} height={1} aria-hidden="true" data-quality={shown.value?.quality} />;
+  useLayoutEffect(
+    () =>
+      effect(() => {
+        const element = canvas.current!;
+        const { image, quality } = shown.value ?? { image: null, quality: "" };
+        element.dataset.quality = String(quality);
+        if (!image) return;
+        if (element.width !== image.width || element.height !== image.height) {
+          element.width = image.width;
+          element.height = image.height;
+        }
+        element.getContext("2d")?.putImageData(image, 0, 0);
+      }),
+    [shown],
+  );
+  return <canvas ref={canvas} width={1} height={1} aria-hidden="true" />;
 }
 
 /** Where a click was, and the cross for the keys. */

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
-import { atRest, calm, middle, open, pause } from "./support.mjs";
+import { atRest, calm, circle, memory, open, pause, quantile } from "./support.mjs";
 
 const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
@@ -101,23 +101,6 @@ export async function allIsReachedByKeysAlone({ browser, server }) {
   await page.close();
 }
 
-const quantile = (sorted, share) => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
-
-/** Moves a light in circles for a while, as a hand does. The moves do not wait for pictures. */
-async function circle(page, moves, milliseconds = 16) {
-  const [x, y] = await middle(page, '[data-light="0"]');
-  const disc = await middle(page, ".disc");
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  for (let move = 0; move < moves; move++) {
-    const angle = move / 9;
-    await page.mouse.move(disc[0] + 60 * Math.cos(angle), disc[1] + 60 * Math.sin(angle));
-    if (milliseconds) await pause(milliseconds);
-  }
-  await page.mouse.up();
-  await atRest(page);
-}
-
 /** Follows the draws of a page: how many are sent at once without a picture yet, at most. */
 async function watch(page) {
   const waiting = new Set();
@@ -153,13 +136,6 @@ export async function aDragShowsItsPictureSoon({ browser, server }) {
   assert.deepEqual(errors, []);
   await page.close();
   return `from pointer to picture: median ${median.toFixed(0)} ms, p95 ${late.toFixed(0)} ms, ${times.length} pictures of 100 moves`;
-}
-
-/** Memory after garbage collection, MB; bytes of pictures are counted apart from the heap. */
-async function memory(client) {
-  await client.send("HeapProfiler.collectGarbage");
-  const { usedSize, backingStorageSize = 0 } = await client.send("Runtime.getHeapUsage");
-  return (usedSize + backingStorageSize) / 1e6;
 }
 
 export async function memoryStaysFlat({ browser, server, drags = Number(process.env.KLIEG_STUDIO_MOVES ?? 240) }) {

@@ -35,9 +35,10 @@ export async function browse(executablePath) {
   return puppeteer.launch({ executablePath, args, timeout: 60_000, protocolTimeout: 300_000 });
 }
 
-/** Opens the page in a tab; what goes wrong in it is gathered in `errors`. */
-export async function open(browser, address, { width = 1280, height = 800 } = {}) {
+/** Opens the page in a tab, after `before` has run there; what goes wrong in it is gathered in `errors`. */
+export async function open(browser, address, { width = 1280, height = 800, before = () => {} } = {}) {
   const page = await browser.newPage();
+  await page.evaluateOnNewDocument(before);
   const errors = [];
   page.on("pageerror", (error) => errors.push(String(error)));
   page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
@@ -110,3 +111,28 @@ export const directions = (page) =>
   page.$$eval(".handle", (handles) => handles.map((handle) => handle.getAttribute("aria-valuetext")));
 
 export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+
+/** The value below which a share of sorted values lies. */
+export const quantile = (sorted, share) => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+
+/** Moves a light in circles for a while, as a hand does. The moves do not wait for pictures. */
+export async function circle(page, moves, milliseconds = 16) {
+  const [x, y] = await middle(page, '[data-light="0"]');
+  const disc = await middle(page, ".disc");
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  for (let move = 0; move < moves; move++) {
+    const angle = move / 9;
+    await page.mouse.move(disc[0] + 60 * Math.cos(angle), disc[1] + 60 * Math.sin(angle));
+    if (milliseconds) await pause(milliseconds);
+  }
+  await page.mouse.up();
+  await atRest(page);
+}
+
+/** Memory after garbage collection, MB; bytes of pictures are counted apart from the heap. */
+export async function memory(client) {
+  await client.send("HeapProfiler.collectGarbage");
+  const { usedSize, backingStorageSize = 0 } = await client.send("Runtime.getHeapUsage");
+  return (usedSize + backingStorageSize) / 1e6;
+}
