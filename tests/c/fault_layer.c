@@ -1,7 +1,10 @@
-/* A Vulkan layer by which devices fail. KLIEG_TEST_FAULT names a call, how often it works, and what it returns from
- * then on (a VkResult), such as "vkQueueSubmit 3 -4". With KLIEG_TEST_KIND every device says that it is of this
- * VkPhysicalDeviceType. The file is what the layer's manifest names as its library. */
+/* A Vulkan layer by which devices fail, or are weaker than they are. KLIEG_TEST_FAULT names a call, how often it works,
+ * and what it returns from then on (a VkResult), such as "vkQueueSubmit 3 -4". With KLIEG_TEST_KIND every device says
+ * that it is of this VkPhysicalDeviceType. KLIEG_TEST_WEAK is a list such as "maxImageArrayLayers=256 geometryShader=0":
+ * limits and features, by their names in Vulkan; graphics=0 takes graphics from all queues. The file is what the layer's
+ * manifest names as its library. */
 
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +16,9 @@ static PFN_vkGetDeviceProcAddr device_next;
 static PFN_vkCreateInstance create_instance;
 static PFN_vkGetPhysicalDeviceProperties properties;
 static PFN_vkGetPhysicalDeviceProperties2 properties2;
+static PFN_vkGetPhysicalDeviceFeatures features;
+static PFN_vkGetPhysicalDeviceFeatures2 features2;
+static PFN_vkGetPhysicalDeviceQueueFamilyProperties queues;
 static VkInstance instance;
 
 /* What the call returns now. */
@@ -27,11 +33,41 @@ static VkResult fault(const char *call) {
     return __sync_fetch_and_add(&calls, 1) < works ? VK_SUCCESS : (VkResult)result;
 }
 
-static void kind(VkPhysicalDeviceProperties *of) {
+/* What KLIEG_TEST_WEAK says of a name, else `as_it_is`. */
+static uint32_t weak(const char *name, uint32_t as_it_is) {
+    const char *text = getenv("KLIEG_TEST_WEAK");
+    size_t length = strlen(name);
+    for (; text && *text; text += strcspn(text, " "), text += strspn(text, " ")) {
+        if (!strncmp(text, name, length) && text[length] == '=') {
+            return (uint32_t)strtoul(text + length + 1, NULL, 10);
+        }
+    }
+    return as_it_is;
+}
+
+#define WEAKEN(of, name) (of)->name = weak(#name, (of)->name)
+
+static void weaken(VkPhysicalDeviceProperties *of) {
     const char *text = getenv("KLIEG_TEST_KIND");
     if (text) {
         of->deviceType = (VkPhysicalDeviceType)atoi(text);
     }
+    VkPhysicalDeviceLimits *limits = &of->limits;
+    WEAKEN(limits, maxComputeSharedMemorySize);
+    WEAKEN(limits, maxStorageBufferRange);
+    WEAKEN(limits, maxImageArrayLayers);
+    WEAKEN(limits, maxImageDimension2D);
+    WEAKEN(limits, maxFramebufferLayers);
+    WEAKEN(limits, maxVertexOutputComponents);
+    WEAKEN(limits, maxPerStageDescriptorStorageImages);
+    WEAKEN(limits, maxComputeWorkGroupInvocations);
+    WEAKEN(limits, maxDrawIndexedIndexValue);
+    WEAKEN(limits, timestampComputeAndGraphics);
+}
+
+static void weaken_features(VkPhysicalDeviceFeatures *of) {
+    WEAKEN(of, geometryShader);
+    WEAKEN(of, fullDrawIndexUint32);
 }
 
 /* A function that passes its call on to the driver unless it is to fail. */
@@ -91,6 +127,12 @@ static VKAPI_ATTR VkResult VKAPI_CALL make_instance(const VkInstanceCreateInfo *
             instance, "vkGetPhysicalDeviceProperties");
         properties2 = (PFN_vkGetPhysicalDeviceProperties2)instance_next(
             instance, "vkGetPhysicalDeviceProperties2");
+        features = (PFN_vkGetPhysicalDeviceFeatures)instance_next(
+            instance, "vkGetPhysicalDeviceFeatures");
+        features2 = (PFN_vkGetPhysicalDeviceFeatures2)instance_next(
+            instance, "vkGetPhysicalDeviceFeatures2");
+        queues = (PFN_vkGetPhysicalDeviceQueueFamilyProperties)instance_next(
+            instance, "vkGetPhysicalDeviceQueueFamilyProperties");
     }
     return result;
 }
@@ -122,13 +164,39 @@ static VKAPI_ATTR VkResult VKAPI_CALL make_device(VkPhysicalDevice physical,
 static VKAPI_ATTR void VKAPI_CALL get_properties(VkPhysicalDevice device,
                                                  VkPhysicalDeviceProperties *out) {
     properties(device, out);
-    kind(out);
+    weaken(out);
 }
 
 static VKAPI_ATTR void VKAPI_CALL get_properties2(VkPhysicalDevice device,
                                                   VkPhysicalDeviceProperties2 *out) {
     properties2(device, out);
-    kind(&out->properties);
+    weaken(&out->properties);
+}
+
+static VKAPI_ATTR void VKAPI_CALL get_features(VkPhysicalDevice device,
+                                               VkPhysicalDeviceFeatures *out) {
+    features(device, out);
+    weaken_features(out);
+}
+
+static VKAPI_ATTR void VKAPI_CALL get_features2(VkPhysicalDevice device,
+                                                VkPhysicalDeviceFeatures2 *out) {
+    features2(device, out);
+    weaken_features(&out->features);
+    for (VkBaseOutStructure *next = out->pNext; next; next = next->pNext) {
+        if (next->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES) {
+            VkPhysicalDeviceVulkan12Features *vulkan12 = (VkPhysicalDeviceVulkan12Features *)next;
+            WEAKEN(vulkan12, shaderOutputLayer);
+        }
+    }
+}
+
+static VKAPI_ATTR void VKAPI_CALL get_queues(VkPhysicalDevice device, uint32_t *count,
+                                             VkQueueFamilyProperties *out) {
+    queues(device, count, out);
+    for (uint32_t i = 0; out && i < *count && !weak("graphics", 1); i++) {
+        out[i].queueFlags &= ~(VkQueueFlags)VK_QUEUE_GRAPHICS_BIT;
+    }
 }
 
 static PFN_vkVoidFunction own(const char *name) {
@@ -159,6 +227,9 @@ static VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_instance(VkInstance of, cons
     OWN("vkCreateDevice", make_device)
     OWN("vkGetPhysicalDeviceProperties", get_properties)
     OWN("vkGetPhysicalDeviceProperties2", get_properties2)
+    OWN("vkGetPhysicalDeviceFeatures", get_features)
+    OWN("vkGetPhysicalDeviceFeatures2", get_features2)
+    OWN("vkGetPhysicalDeviceQueueFamilyProperties", get_queues)
     PFN_vkVoidFunction function = own(name);
     return function ? function : instance_next(of, name);
 }

@@ -47,6 +47,54 @@ fn faulty(place: &Folder, fault: &str, line: &str) -> assert_cmd::Command {
     command
 }
 
+/// Devices weaker than any that the tests run on: what they lack, and a word of the reason where pipeline `layered` cannot be.
+const WEAK: [(&str, Option<&str>); 11] = [
+    ("maxComputeSharedMemorySize=16384", None),
+    ("maxStorageBufferRange=65536", None),
+    (
+        "maxStorageBufferRange=65536 maxComputeSharedMemorySize=16384 timestampComputeAndGraphics=0",
+        None,
+    ),
+    ("maxImageArrayLayers=256 maxFramebufferLayers=256", None),
+    ("maxFramebufferLayers=1", None),
+    ("maxPerStageDescriptorStorageImages=4", None),
+    ("timestampComputeAndGraphics=0", None),
+    ("fullDrawIndexUint32=0 maxDrawIndexedIndexValue=16777215", None),
+    ("maxVertexOutputComponents=96", Some("maxVertexOutputComponents of 104")),
+    ("geometryShader=0", None),
+    ("graphics=0 shaderOutputLayer=0", Some("shaderOutputLayer")),
+];
+
+#[test]
+fn weak_devices_give_the_right_score_or_a_reason() {
+    let place = Folder::new();
+    let score = |weak: &str, how: &str| {
+        let line = format!("score ball.gltf --preset three-point --json --size 48x40 {how}");
+        let output = faulty(&place, "", &line).env("KLIEG_TEST_WEAK", weak).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        let score = serde_json::from_slice::<Value>(&output.stdout).ok();
+        (score.and_then(|score| score["score"].as_f64()), output.status.code(), said)
+    };
+    let (right, ..) = score("", "--device cpu");
+    let right = right.unwrap();
+    for (weak, lacks) in WEAK {
+        for pipeline in ["compute", "layered"] {
+            let how = format!("--device vulkan --pipeline {pipeline}");
+            let (score, code, said) = score(weak, &how);
+            match (pipeline, lacks) {
+                ("layered", Some(word)) => {
+                    assert_eq!((score, code), (None, Some(1)), "{weak}: {said}");
+                    assert!(said.contains("error: ") && said.contains(word), "{weak}: {said}");
+                }
+                _ => {
+                    let score = score.unwrap_or_else(|| panic!("{weak}, {how}: {said}"));
+                    assert!((score - right).abs() < 1e-4, "{weak}, {how}: {score} {right}");
+                }
+            }
+        }
+    }
+}
+
 /// The call, how often it works, its result from then on, and words of the message.
 const FAULTS: [(&str, &str); 9] = [
     ("vkCreateDevice 0 -3", "vkCreateDevice"),
