@@ -41,7 +41,7 @@ PYTHON_ENV = $(BUILDS)/python
 WHEELS = $(BUILDS)/wheels
 
 .PHONY: help setup design spirv test test-rust test-python check check-python program library install install-program \
-	install-library judge intent studio-speed gpu-kit fuzz soak bits deny msrv package wheel \
+	install-library judge intent studio-speed gpu-kit drivers fuzz soak bits deny msrv package wheel \
 	python-module test-blender test-ray blender-addon
 
 help:
@@ -53,6 +53,7 @@ help:
 	@echo 'make intent  make the pictures of docs/INTENT.md anew'
 	@echo 'make studio-speed [SCENE=FILE]  measure how soon the page of klieg studio answers'
 	@echo 'make gpu-kit  build a folder that tests and times klieg on another machine with a GPU'
+	@echo 'make drivers  try klieg on newer Mesa and on the drivers of GPUs that are not there (root, debootstrap)'
 	@echo 'make install [PREFIX=FOLDER] [DESTDIR=FOLDER]     build and install the program,'
 	@echo '            its manual page, its completions and the C library'
 	@echo 'make fuzz [FUZZ_SECONDS=N] [FUZZ_TARGETS=...]  look for files that break the readers (nightly Rust, cargo-fuzz)'
@@ -209,6 +210,10 @@ intent: setup
 gpu-kit: setup
 	@.ci/setup test
 	tools/gpu-kit/build
+
+# Needs root, debootstrap and the network: systems with the drivers are made below target/drivers.
+drivers: gpu-kit
+	tools/drivers/run "$(BUILDS)/drivers"
 
 # Seconds of each target, and which.
 FUZZ_SECONDS ?= 600

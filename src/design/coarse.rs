@@ -13,12 +13,15 @@ use crate::scene::view::View;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
+/// Least side of small pictures that are smaller than asked for, pixels.
+const LEAST_THIRD: u32 = 64;
+
 /// How a search begins on small pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CoarseSettings {
     /// Longest side of the small pictures, pixels, 16 or more; 0 for none. Where it is more than a third of the
-    /// whole picture's there are none either: they would save too little.
+    /// whole picture's it is that third, and where that is below 64 there are none: they would save too little.
     pub side: u32,
     /// Share of a search's generations that looks at them at most, 0 to 1.
     pub share: f32,
@@ -55,11 +58,12 @@ impl CoarseSettings {
     /// # Errors
     /// As [`View::new`].
     pub fn view(&self, scene: &Scene, whole: &View) -> Result<Option<View>> {
-        let longest = whole.width.max(whole.height);
-        if self.side == 0 || self.side > longest / 3 {
-            return Ok(None);
+        let third = whole.width.max(whole.height) / 3;
+        match self.side {
+            0 => Ok(None),
+            side if side > third && third < LEAST_THIRD => Ok(None),
+            side => whole.shrunk(scene, side.min(third)).map(Some),
         }
-        whole.shrunk(scene, self.side).map(Some)
     }
 }
 

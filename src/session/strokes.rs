@@ -85,7 +85,8 @@ pub(super) fn marked(
     settings: &Settings,
 ) -> Checked<Option<Engine>> {
     let maps = evaluator.maps()?;
-    let Some(target) = strokes.target(maps.types.len()) else { return Ok(None) };
+    let lit = settings.objective.mean_of(&maps.statistics());
+    let Some(target) = strokes.target(maps.types.len(), lit) else { return Ok(None) };
     let mut maps = maps.clone();
     maps.set_target(target)?;
     Ok(Some(evaluator_of(device, (maps, view), settings)?))

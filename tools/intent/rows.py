@@ -11,7 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from PIL import Image
+from PIL import Image, ImageDraw
 
 ROOT = Path(__file__).resolve().parents[2]
 BACKGROUND = (58, 60, 66)
@@ -24,6 +24,10 @@ def only(term: str) -> list[str]:
     """The options of an objective of one term."""
     return ["--weights", ",".join([f"{name}=0" for name in TERMS] + [f"{term}=1"])]
 
+
+# Where the strokes lie in the still life, pixels of 160: a highlight and a shadow.
+HIGHLIGHT = (124, 57, 131, 64)
+SHADOW = (66, 86, 82, 94)
 
 # Name of the row, the scene, and the options of each picture.
 ROWS = [
@@ -48,12 +52,43 @@ def row(pictures: list[Image.Image]) -> Image.Image:
     return side_by_side
 
 
+def on_ground(picture: Image.Image) -> Image.Image:
+    """A picture that is transparent in places, on the rows' background."""
+    return Image.alpha_composite(Image.new("RGBA", picture.size, BACKGROUND), picture).convert("RGB")
+
+
 def design(klieg: str, scene: str, options: list[str], folder: Path) -> Image.Image:
     """The final picture of a design."""
     file = ROOT / "scenes" / f"{scene}.glb"
     subprocess.run([klieg, "design", file, "--out", folder, *COMMON, *options], check=True, stdout=subprocess.DEVNULL)
-    picture = Image.open(folder / "best.png").convert("RGBA")
-    return Image.alpha_composite(Image.new("RGBA", picture.size, BACKGROUND), picture).convert("RGB")
+    return on_ground(Image.open(folder / "best.png").convert("RGBA"))
+
+
+def paint(klieg: str, out: Path, folder: Path) -> None:
+    """The usual light, the same painted over where another light is wanted, and the light that makes that."""
+    usual = design(klieg, "elephant", ["--background", "transparent"], folder / "usual")
+    picture = Image.open(folder / "usual/best.png").convert("RGBA")
+    warm = Image.new("RGB", picture.size, (255, 176, 110))
+    cold = Image.new("RGB", picture.size, (28, 34, 48))
+    across = Image.linear_gradient("L").rotate(90).resize(picture.size)
+    painted = Image.blend(picture.convert("RGB"), Image.composite(warm, cold, across), 0.55)
+    painted.putalpha(picture.getchannel("A").point(lambda alpha: 255 if alpha == 255 else 0))
+    painted.save(folder / "painted.png")
+    made = design(klieg, "elephant", ["--target-picture", str(folder / "painted.png")], folder / "made")
+    row([usual, on_ground(painted), made]).save(out / "paint.jpg", quality=88)
+
+
+def strokes(klieg: str, out: Path, folder: Path) -> None:
+    """The usual light, strokes on it of a highlight and of a shadow, and the light that puts both there."""
+    usual = design(klieg, "still-life", [], folder / "usual")
+    drawn = Image.new("RGBA", usual.size)
+    brush = ImageDraw.Draw(drawn)
+    brush.ellipse(HIGHLIGHT, fill=(255, 255, 255, 255))
+    brush.ellipse(SHADOW, fill=(0, 0, 0, 255))
+    drawn.save(folder / "strokes.png")
+    over = Image.alpha_composite(usual.convert("RGBA"), drawn).convert("RGB")
+    made = design(klieg, "still-life", ["--strokes", str(folder / "strokes.png")], folder / "made")
+    row([usual, over, made]).save(out / "strokes.jpg", quality=88)
 
 
 def collage(klieg: str, out: Path, folder: Path) -> None:
@@ -63,9 +98,7 @@ def collage(klieg: str, out: Path, folder: Path) -> None:
         place = folder / str(at)
         made.append(design(klieg, "elephant", options, place))
         if at == 0:
-            picture = Image.open(place / "collage.png").convert("RGBA")
-            ground = Image.new("RGBA", picture.size, BACKGROUND)
-            made.insert(0, Image.alpha_composite(ground, picture).convert("RGB"))
+            made.insert(0, on_ground(Image.open(place / "collage.png").convert("RGBA")))
     row(made).save(out / "collage.jpg", quality=88)
 
 
@@ -110,6 +143,8 @@ def main() -> None:
                 options = [option.format(Path(place, f"{name}0", "best.png")) for option in options]
                 made.append(design(klieg, scene, options, Path(place, f"{name}{at}")))
             row(made).save(out / f"{name}.jpg", quality=88)
+        paint(klieg, out, Path(place, "paint"))
+        strokes(klieg, out, Path(place, "strokes"))
         collage(klieg, out, Path(place, "collage"))
         gallery(klieg, out, Path(place, "gallery"))
         turntable(klieg, out, Path(place, "views"))
