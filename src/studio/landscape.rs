@@ -8,13 +8,14 @@ use super::stage::Sight;
 use super::worker::Worker;
 use crate::Result;
 use crate::cpu::{self, CpuEvaluator};
-use crate::design::{Dome, coarse};
+use crate::design::{Dome, coarse, intent};
 use crate::error::within;
 use crate::lighting::Light;
 use crate::objective::Objective;
 use crate::objective::maps::Maps;
 use crate::objective::shadows::ShadowSettings;
 use crate::scene::view::View;
+use glam::Vec3;
 
 /// Longest side of the pictures that are judged, pixels.
 const JUDGED: u32 = 64;
@@ -84,9 +85,11 @@ impl Worker {
         };
         let asked = (light as usize, [columns, rows]);
         let dome = landscape.dome(&hall, (&objective, &lights), asked)?;
+        let up = (!map.look.intent.below).then(|| intent::up(&landscape.whole));
+        let above = |direction: Vec3| up.is_none_or(|up| direction.dot(up) >= 0.0);
+        let best = dome.lowest(above).unwrap_or(dome.best).to_array();
         self.landscape = Some(landscape);
-        let Dome { columns, rows, values, best } = dome;
-        let best = best.to_array();
-        self.send(Answer::Mapped(Mapped { id, light, columns, rows, values, best }))
+        let (Dome { columns, rows, values, .. }, up) = (dome, up.map(|up| up.to_array()));
+        self.send(Answer::Mapped(Mapped { id, light, columns, rows, values, best, up }))
     }
 }

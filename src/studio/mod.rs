@@ -23,6 +23,7 @@ mod server;
 mod session_file;
 mod socket;
 mod stage;
+mod steering;
 mod task;
 mod upload;
 mod worker;
@@ -64,7 +65,6 @@ pub fn serve(
 ) -> Result<()> {
     settings.check()?;
     let token = guard::token(std::env::var(guard::TOKEN_VARIABLE).ok())?;
-    let settings = settings.steered()?;
     let device = device::open(&settings.device, &settings)?;
     let scene = scene.map(|path| {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();

@@ -1,7 +1,7 @@
 //! What a page is told when it begins.
 
 use super::answers::{Answer, Defaults, Opened, TermInfo, Titled};
-use super::hall::{Hall, Studio};
+use super::hall::Hall;
 use super::messages::{Light, Open, Targets};
 use super::stage::everything;
 use super::worker::Worker;
@@ -11,8 +11,10 @@ use crate::design::{coarse, start};
 use crate::evaluate::Evaluator;
 use crate::lighting::presets::Preset;
 use crate::lighting::{self, Population, Rig};
+use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::OPTIMIZERS;
+use crate::session::config::Settings;
 use crate::session::view;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -33,13 +35,14 @@ impl Worker {
         let studio = Arc::clone(self.studio());
         let held = studio.scenes.find(open.scene.as_deref())?;
         let hall = held.map(|held| Hall::new(Arc::clone(&studio), held));
+        let settings = studio.steered(studio.settings.intent)?;
         let lights = match &hall {
-            Some(hall) => Light::all(&first(hall)?),
+            Some(hall) => Light::all(&first(hall, &settings)?),
             None => Vec::new(),
         };
         let scene = hall.as_ref().map(|hall| hall.held.info.clone());
         self.enter(hall);
-        let objective = &studio.settings.objective;
+        let objective = &settings.objective;
         self.send(Answer::Opened(Box::new(Opened {
             id: open.id,
             scene,
@@ -47,11 +50,12 @@ impl Worker {
                 lights,
                 weights: objective.weights,
                 targets: Targets::of(objective),
-                optimizer: studio.settings.optimizer.0.name.into(),
-                seed: studio.settings.seed,
+                intent: settings.intent,
+                optimizer: settings.optimizer.0.name.into(),
+                seed: settings.seed,
             },
             presets: presets(),
-            terms: terms(&studio),
+            terms: terms(objective),
             optimizers: OPTIMIZERS.iter().map(|one| titled(one.name, one.title)).collect(),
             device: (&studio.device_info()).into(),
             version: env!("CARGO_PKG_VERSION").into(),
@@ -60,8 +64,7 @@ impl Worker {
 }
 
 /// The lights that a search of the settings begins with, at the strength at which they are best.
-fn first(hall: &Hall) -> Result<Rig> {
-    let settings = hall.settings();
+fn first(hall: &Hall, settings: &Settings) -> Result<Rig> {
     let scene = &hall.held.scene;
     let whole = view(scene, &settings.view)?;
     let view = whole.shrunk(&hall.held.scene, SEEN)?;
@@ -99,13 +102,13 @@ fn presets() -> Vec<Titled> {
     presets.into_iter().chain([titled(DESIGN, "Design")]).collect()
 }
 
-fn terms(studio: &Studio) -> Vec<TermInfo> {
-    let weights = studio.settings.objective.weights;
+fn terms(objective: &Objective) -> Vec<TermInfo> {
+    let weights = objective.weights;
     let info = |(term, _): (&crate::objective::Term, f32)| TermInfo {
         name: term.name.into(),
         title: term.title.into(),
         meaning: term.meaning.into(),
         weight: weights.get(term.name).unwrap_or(0.0),
     };
-    everything(&studio.settings.objective).weights.iter().map(info).collect()
+    everything(objective).weights.iter().map(info).collect()
 }

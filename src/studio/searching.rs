@@ -183,7 +183,7 @@ pub fn genome(hall: &Hall, look: &Look, view: &View) -> Result<(Genome, Vec<usiz
     let (own, searched): (Vec<usize>, Vec<usize>) =
         (0..lights.len()).partition(|&at| lights[at].role == Role::Scene);
     let of = |places: &[usize]| -> Rig { places.iter().map(|&at| lights[at]).collect() };
-    let settings = hall.settings();
+    let settings = hall.studio.steered(look.intent)?;
     let first = of(&searched);
     let mut genome = Genome::like(&first, &settings.lights.boxes)?;
     for (number, &at) in searched.iter().enumerate() {

@@ -224,6 +224,7 @@ impl Worker {
             Request::Alternatives(asked) => self.alternatives(asked),
             Request::Preset(preset) => self.preset(&preset),
             Request::Follow(follow) => self.follow(&follow),
+            Request::Steer(steer) => self.steer(&steer),
         }
     }
 

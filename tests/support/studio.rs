@@ -205,6 +205,7 @@ pub fn look(opened: &Value) -> Value {
         "lights": defaults["lights"],
         "weights": defaults["weights"],
         "targets": defaults["targets"],
+        "intent": defaults["intent"],
     })
 }
 
