@@ -1,6 +1,9 @@
 //! `klieg studio` as a page sees it: pictures, judgements, searches and files.
 
 use klieg::design::{Intent, Mood, profile};
+use klieg::lighting::{Light, Role};
+use klieg::session::Session;
+use klieg::session::config::Settings;
 use klieg_support::common::Folder;
 use klieg_support::studio::{Page, Said, Server, look, with};
 use serde_json::{Value, json};
@@ -427,6 +430,77 @@ fn no_light_is_searched_or_praised_below_the_horizon_where_none_is_wanted() {
     };
     let (free, bound) = (map(&mut page, true), map(&mut page, false));
     assert!(free["up"].is_null() && (rise(&bound["up"], up) - 1.0).abs() < 1e-5, "{bound}");
-    assert!(rise(&bound["best"], up) >= 0.0);
+    assert!(rise(&free["best"], up) < 0.0 && rise(&bound["best"], up) >= 0.0);
     assert_eq!(free["values"], bound["values"]);
+}
+
+/// What the library says of a page's lights, by the wishes of the settings for objects.
+fn judged_by_library(place: &Folder, shown: &Value, [focus, dim]: [&[String]; 2]) -> f32 {
+    let mut settings = Settings { focus: focus.to_vec(), dim: dim.to_vec(), ..Settings::default() };
+    settings.device = "cpu".parse().unwrap();
+    settings.view.size = Some("64x48".parse().unwrap());
+    let mut session = Session::open(&place.path("ball.gltf"), settings).unwrap();
+    let number = |value: &Value| value.as_f64().unwrap() as f32;
+    let light = |(light, role): (&Value, Role)| {
+        let [x, y, z] = [0, 1, 2].map(|axis| number(&light["direction"][axis]));
+        let (elevation, azimuth) = (y.atan2(x.hypot(z)), x.atan2(z));
+        let [diffuse, specular, distance] =
+            ["diffuse", "specular", "distance"].map(|name| number(&light[name]));
+        Light { role, elevation, azimuth, diffuse, specular, distance, ..Light::default() }
+    };
+    let lights = shown["lights"].as_array().unwrap().iter();
+    let rig: Vec<Light> = lights.zip([Role::Key, Role::Fill]).map(light).collect();
+    session.evaluator.inspect(&rig).unwrap().score
+}
+
+#[test]
+fn objects_are_lit_first_or_stay_dim_as_the_library_has_it() {
+    let place = Folder::new();
+    let server = Server::start(&place, BALL);
+    let (mut page, opened) = server.page();
+    assert_eq!(opened["scene"]["objects"], json!(["large", "small"]));
+    let shown = with(&look(&opened), json!({ "at_rest": false }));
+    let (small, large, none) = (vec!["small".to_owned()], vec!["large".to_owned()], Vec::new());
+    let mut scores = Vec::new();
+    for (focus, dim) in [(&none, &none), (&small, &none), (&none, &large), (&small, &large)] {
+        let wished = with(&shown, json!({ "focus": focus, "dim": dim }));
+        let id = page.send("draw", wished.clone());
+        let score = found(&page.drawn(id, 1), 1).1.unwrap() as f32;
+        let library = judged_by_library(&place, &shown, [focus, dim]);
+        assert!((score - library).abs() < 1e-3, "{focus:?} {dim:?}: {score} and {library}");
+        scores.push(score);
+        // The landscape and a search judge so too.
+        let map = with(&wished, json!({ "light": 0, "columns": 5, "rows": 5 }));
+        let mapped = page.ask("map", map, "mapped");
+        let step = page.ask("search", with(&wished, json!({ "action": "step" })), "progress");
+        let best = page.until("progress", step["id"].as_u64().unwrap() as u32);
+        scores.push(mapped["values"][12].as_f64().unwrap() as f32);
+        scores.push(best["best"].as_f64().unwrap() as f32);
+    }
+    for of in 0..3 {
+        let different = |a: usize, b: usize| (scores[3 * a + of] - scores[3 * b + of]).abs() > 1e-4;
+        assert!(different(0, 1) && different(0, 2) && different(1, 2), "{of}: {scores:?}");
+    }
+    let fault = page.ask("draw", with(&shown, json!({ "focus": ["nobody"] })), "fault");
+    assert!(fault["message"].as_str().unwrap().contains("no object is named 'nobody'"), "{fault}");
+    // What is not seen has no say.
+    let mut away = with(&shown, json!({ "focus": small }));
+    away["camera"]["target"] = json!([0.0, 0.0, 0.0]);
+    away["camera"]["distance"] = 0.4.into();
+    let id = page.send("draw", away);
+    assert!(found(&page.drawn(id, 1), 1).1.is_some());
+}
+
+#[test]
+fn a_page_begins_with_the_command_line_s_wishes_for_objects() {
+    let place = Folder::new();
+    let server = Server::start(&place, &["ball.gltf", "--focus", "sma", "--dim", "LARGE"]);
+    let (_, opened) = server.page();
+    let defaults = &opened["defaults"];
+    assert_eq!((&defaults["focus"], &defaults["dim"]), (&json!(["small"]), &json!(["large"])));
+    let mut refused =
+        place.klieg(&["studio", "ball.gltf", "--no-open", "--device", "cpu", "--focus", "teapot"]);
+    let output = refused.assert().code(2).get_output().clone();
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(text.contains("no object is named 'teapot'"), "{text}");
 }

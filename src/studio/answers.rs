@@ -53,6 +53,8 @@ pub struct SceneInfo {
     pub center: [f64; 3],
     /// The largest distance of a vertex from it, world units.
     pub radius: f64,
+    /// The names of its objects, each once; of very many none.
+    pub objects: Vec<String>,
     /// The file's cameras.
     pub cameras: Vec<NamedCamera>,
     /// Where a page begins to look from.
@@ -80,6 +82,10 @@ pub struct Defaults {
     pub targets: Targets,
     /// What light is wanted; weights and targets come of it.
     pub intent: Intent,
+    /// Names of the objects for which it is wanted most.
+    pub focus: Vec<String>,
+    /// Names of the objects that are to stay dim.
+    pub dim: Vec<String>,
     /// Name of the optimiser.
     pub optimizer: String,
     /// Seed of every random choice.

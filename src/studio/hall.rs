@@ -1,6 +1,6 @@
 //! What all pages share, and the scene that one of them looks at.
 
-use super::messages::Camera;
+use super::messages::{Camera, Look};
 use super::scenes::{Held, Scenes};
 use crate::Result;
 use crate::design::Intent;
@@ -73,6 +73,17 @@ impl Hall {
         let occluders = Arc::new(Occluders::new(&self.held.scene, view)?);
         *last = Some((camera.clone(), Arc::clone(&occluders)));
         Ok(Some(occluders))
+    }
+
+    /// The settings of what a look wants: boxes, objective and wishes for objects.
+    ///
+    /// # Errors
+    /// As [`Studio::steered`] and [`Look::objective`].
+    pub fn wanted(&self, look: &Look) -> Result<Settings> {
+        let steered = self.studio.steered(look.intent)?;
+        let objective = look.objective(&steered.objective)?;
+        let (focus, dim) = (look.focus.clone(), look.dim.clone());
+        Ok(Settings { objective, focus, dim, ..steered })
     }
 
     /// As [`Studio::settings`].

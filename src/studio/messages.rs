@@ -102,6 +102,12 @@ pub struct Look {
     /// they are, whatever it says.
     #[serde(default)]
     pub intent: Intent,
+    /// Names of the objects for which it is wanted most.
+    #[serde(default)]
+    pub focus: Vec<String>,
+    /// Names of the objects that are to stay dim.
+    #[serde(default)]
+    pub dim: Vec<String>,
 }
 
 /// What a page holds and a session file keeps.

@@ -8,14 +8,15 @@ use super::worker::Worker;
 use crate::Result;
 use crate::cpu::{self, CpuEvaluator};
 use crate::design::{coarse, start};
-use crate::evaluate::Evaluator;
 use crate::lighting::presets::Preset;
 use crate::lighting::{self, Population, Rig};
 use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::OPTIMIZERS;
+use crate::scene::Scene;
 use crate::session::config::Settings;
-use crate::session::view;
+use crate::session::device;
+use crate::session::{Engine, focus, view};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
@@ -35,7 +36,11 @@ impl Worker {
         let studio = Arc::clone(self.studio());
         let held = studio.scenes.find(open.scene.as_deref())?;
         let hall = held.map(|held| Hall::new(Arc::clone(&studio), held));
-        let settings = studio.steered(studio.settings.intent)?;
+        let mut settings = studio.steered(studio.settings.intent)?;
+        for names in [&mut settings.focus, &mut settings.dim] {
+            let scene = hall.as_ref().map(|hall| &*hall.held.scene);
+            *names = scene.map_or_else(Vec::new, |scene| in_scene(scene, names));
+        }
         let lights = match &hall {
             Some(hall) => Light::all(&first(hall, &settings)?),
             None => Vec::new(),
@@ -51,6 +56,8 @@ impl Worker {
                 weights: objective.weights,
                 targets: Targets::of(objective),
                 intent: settings.intent,
+                focus: settings.focus,
+                dim: settings.dim,
                 optimizer: settings.optimizer.0.name.into(),
                 seed: settings.seed,
             },
@@ -61,6 +68,12 @@ impl Worker {
             version: env!("CARGO_PKG_VERSION").into(),
         })))
     }
+}
+
+/// The names of the objects of a scene that some names are of; others are of another scene.
+fn in_scene(scene: &Scene, names: &[String]) -> Vec<String> {
+    let known = |name: &String| focus::objects(scene, std::slice::from_ref(name)).ok();
+    names.iter().filter_map(known).flatten().collect()
 }
 
 /// The lights that a search of the settings begins with, at the strength at which they are best.
@@ -76,9 +89,12 @@ fn first(hall: &Hall, settings: &Settings) -> Result<Rig> {
     let rig = genome.decode(&start::first(scene, &view, &maps, &genome, &mut rng));
     let rigs: Vec<Rig> = STRENGTHS.map(|strength| scaled(&rig, strength)).to_vec();
     let population = Population::of(rigs.iter().map(Vec::as_slice))?;
-    let mut evaluator = CpuEvaluator::new(maps, &view, objective, settings.shading)?;
+    let evaluator = CpuEvaluator::new(maps, &view, objective, settings.shading)?;
+    let small = Settings { objective, ..settings.clone() };
+    let (whole, seen) = (Engine::Cpu(Box::new(evaluator)), (&**scene, &view));
+    let mut engine = focus::wished_in_view(whole, &device::Opened::Cpu, seen, &small)?;
     let mut scores = vec![0.0; rigs.len()];
-    evaluator.evaluate(&population, &mut scores)?;
+    engine.evaluate(&population, &mut scores)?;
     let best = rigs.into_iter().zip(scores).min_by(|a, b| a.1.total_cmp(&b.1));
     Ok(best.map_or(rig, |(rig, _)| rig))
 }

@@ -127,7 +127,15 @@ targets: Targets,
  * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
  * they are, whatever it says.
  */
-intent: Intent, };
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Document = { 
 /**
  * The scene's id; it holds as long as the server runs.
@@ -161,7 +169,15 @@ targets: Targets,
  * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
  * they are, whatever it says.
  */
-intent: Intent, };
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Save = { 
 /**
  * What is saved.
@@ -227,7 +243,15 @@ targets: Targets,
  * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
  * they are, whatever it says.
  */
-intent: Intent, };
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Map = { 
 /**
  * See `Open`.
@@ -269,7 +293,15 @@ targets: Targets,
  * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
  * they are, whatever it says.
  */
-intent: Intent, };
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Place = { 
 /**
  * See `Open`.
@@ -357,7 +389,15 @@ targets: Targets,
  * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
  * they are, whatever it says.
  */
-intent: Intent, };
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Alternatives = { 
 /**
  * See `Open`.
@@ -391,7 +431,15 @@ targets: Targets,
  * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
  * they are, whatever it says.
  */
-intent: Intent, };
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Preset = { 
 /**
  * See `Open`.
@@ -468,6 +516,10 @@ center: [number, number, number],
  */
 radius: number, 
 /**
+ * The names of its objects, each once; of very many none.
+ */
+objects: Array<string>, 
+/**
  * The file's cameras.
  */
 cameras: Array<NamedCamera>, 
@@ -508,6 +560,14 @@ targets: Targets,
  * What light is wanted; weights and targets come of it.
  */
 intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, 
 /**
  * Name of the optimiser.
  */

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { mkdir, rm } from "node:fs/promises";
 import { join } from "node:path";
+import { fileURLToPath } from "node:url";
 import { arrived, atRest, calm, open, picture, score, serve, violations, WAIT } from "./support.mjs";
 
 const label = (page) => page.$eval(".steps [aria-current] span", (step) => step.textContent);
@@ -114,6 +115,45 @@ export async function thePageBeginsWithWhatTheCommandLineWants({ browser, progra
     await told(page, "Natural mood");
     await page.click('[aria-label="Undo"]');
     assert.equal(await mood(page), "soft");
+    assert.deepEqual(errors, []);
+  } finally {
+    await page.close();
+    await server.stop();
+  }
+}
+
+export async function anObjectIsLitBeforeAllOthersAndAnotherStaysDim({ browser, program, shadowed }) {
+  const pair = fileURLToPath(new URL("../../scenes/pair.glb", import.meta.url));
+  const server = await serve(program, [pair, ...shadowed, "--focus", "amphora"]);
+  const { page, errors } = await open(browser, server.address);
+  try {
+    await calm(page);
+    const said = () => page.$eval(".objects .note", (note) => note.textContent);
+    assert.match(await said(), /amphora first/);
+    await page.click(".objects .link");
+    const kinds = () => page.$$eval(".objects select", (selects) => selects.map(({ value }) => value).sort().join());
+    assert.equal(await kinds(), "focus,plain");
+    const before = await score(page);
+    const choose = (kind, to) => page.evaluate((from, value) => {
+      const select = [...document.querySelectorAll(".objects select")].find((other) => other.value === from);
+      select.value = value;
+      select.dispatchEvent(new Event("change", { bubbles: true }));
+    }, kind, to);
+    await choose("plain", "dim");
+    assert.equal(await kinds(), "dim,focus");
+    await atRest(page);
+    const dim = await score(page);
+    assert.notEqual(dim, before);
+    assert.deepEqual(await violations(page), []);
+    await choose("focus", "plain");
+    assert.equal(await kinds(), "dim,plain");
+    await page.click('[aria-label="Undo"]');
+    await page.click('[aria-label="Undo"]');
+    await atRest(page);
+    assert.deepEqual([await kinds(), await score(page)], ["focus,plain", before]);
+    await page.click(".wanted .button");
+    await told(page, "Nothing in particular wanted");
+    assert.deepEqual([await kinds(), await said()], ["plain,plain", "2 objects count alike"]);
     assert.deepEqual(errors, []);
   } finally {
     await page.close();

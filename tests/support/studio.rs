@@ -206,6 +206,8 @@ pub fn look(opened: &Value) -> Value {
         "weights": defaults["weights"],
         "targets": defaults["targets"],
         "intent": defaults["intent"],
+        "focus": defaults["focus"],
+        "dim": defaults["dim"],
     })
 }
 
