@@ -278,7 +278,7 @@ pub enum Answer {
         id: u32,
         /// Weights of the terms.
         #[cfg_attr(test, ts(type = "Record<string, number>"))]
-        weights: Terms,
+        weights: Box<Terms>,
         /// What they aim at.
         targets: Targets,
         /// Radius of each light: that of the new mood, where it has another softness than the old one and the light is

@@ -19,7 +19,7 @@ impl Worker {
         });
         self.send(Answer::Steered {
             id: steer.id,
-            weights: after.objective.weights,
+            weights: Box::new(after.objective.weights),
             targets: Targets::of(&after.objective),
             sizes: sizes.collect::<Result<_>>()?,
         })
