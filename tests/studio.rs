@@ -1,5 +1,9 @@
 //! `klieg studio` as a page sees it: pictures, judgements, searches and files.
 
+use klieg::design::{Intent, Mood, profile};
+use klieg::lighting::{Light, Role};
+use klieg::session::Session;
+use klieg::session::config::Settings;
 use klieg_support::common::Folder;
 use klieg_support::studio::{Page, Said, Server, look, with};
 use serde_json::{Value, json};
@@ -242,7 +246,9 @@ fn files_are_saved_and_a_session_is_opened_again() {
     let place = Folder::new();
     let server = Server::start(&place, BALL);
     let (_, opened) = server.page();
-    let document = with(&look(&opened), json!({ "scene": null, "page": { "history": [1, 2] } }));
+    let wanted = json!({ "brightness": 0.5, "contrast": -1.0, "mood": "dramatic", "below": false });
+    let page = json!({ "scene": null, "page": { "history": [1, 2] }, "intent": wanted });
+    let document = with(&look(&opened), page);
     let save = |kind: &str, more: Value| {
         let body = with(&json!({ "document": document }), more).to_string();
         server.request("POST", &format!("/save/{kind}"), body.as_bytes())
@@ -296,4 +302,205 @@ fn two_pages_do_not_meet() {
     assert!(found(&page.drawn(id, 1), 1).0.is_some());
     let fault = page.ask("open", json!({ "scene": "gone" }), "fault");
     assert!(fault["message"].as_str().unwrap().contains("post it again"), "{fault}");
+}
+
+/// The direction upwards of the page's first camera in its light frame.
+fn up(shown: &Value) -> [f64; 3] {
+    let elevation = shown["camera"]["elevation"].as_f64().unwrap().to_radians();
+    [0.0, elevation.cos(), elevation.sin()]
+}
+
+/// How far a direction lies above the horizon.
+fn rise(direction: &Value, up: [f64; 3]) -> f64 {
+    (0..3).map(|axis| direction[axis].as_f64().unwrap() * up[axis]).sum()
+}
+
+#[test]
+fn what_is_wanted_makes_weights_targets_and_sizes() {
+    let place = Folder::new();
+    let server = Server::start(&place, BALL);
+    let (mut page, opened) = server.page();
+    let mut shown = look(&opened);
+    shown["lights"][1]["locked"] = true.into();
+    let plain = shown["intent"].clone();
+    assert_eq!(
+        plain,
+        json!({ "brightness": 0.0, "contrast": 0.0, "mood": "natural", "below": true })
+    );
+    let number = |value: &Value| value.as_f64().unwrap() as f32;
+    let asked = |to: &Value| json!({ "from": plain, "to": to, "lights": shown["lights"] });
+    for intent in [
+        Intent { mood: Mood::Dramatic, ..Intent::default() },
+        Intent { brightness: 1.5, contrast: -1.0, ..Intent::default() },
+        Intent { mood: Mood::Soft, below: false, ..Intent::default() },
+    ] {
+        let to = serde_json::to_value(intent).unwrap();
+        let steered = page.ask("steer", asked(&to), "steered");
+        let profile = profile::DEFAULT;
+        let (mut objective, mut boxes) = ((profile.objective)(), (profile.boxes)());
+        intent.steer(&mut objective, &mut boxes).unwrap();
+        let weights: Value =
+            serde_json::from_str(&serde_json::to_string(&objective.weights).unwrap()).unwrap();
+        assert_eq!(steered["weights"], weights);
+        assert_eq!(number(&steered["targets"]["stops"]), objective.mean_stops);
+        assert_eq!(number(&steered["targets"]["spread"]), objective.spread_target);
+        let [key, fill] = [0, 1].map(|light| steered["sizes"][light].as_f64().unwrap());
+        let distance = shown["lights"][0]["distance"].as_f64().unwrap();
+        let softness = 2.0 * (key / distance).atan().to_degrees();
+        assert!((softness - f64::from(boxes.key.softness)).abs() < 1e-3, "{softness}");
+        assert_eq!(fill, shown["lights"][1]["size"].as_f64().unwrap(), "it is locked");
+    }
+    let bright = with(&plain, json!({ "brightness": 3.0 }));
+    let fault = page.ask("steer", asked(&bright), "fault");
+    assert!(fault["message"].as_str().unwrap().contains("brightness is 3"), "{fault}");
+    let fault =
+        page.ask("draw", with(&shown, json!({ "intent": bright, "at_rest": false })), "fault");
+    assert!(fault["message"].as_str().unwrap().contains("brightness is 3"), "{fault}");
+}
+
+#[test]
+fn a_page_begins_with_what_the_command_line_wants() {
+    let place = Folder::new();
+    let plain = Server::start(&place, BALL);
+    let moody = Server::start(&place, &["ball.gltf", "--mood", "dramatic", "--no-below"]);
+    let ((_, usual), (mut page, opened)) = (plain.page(), moody.page());
+    let (defaults, usual) = (&opened["defaults"], &usual["defaults"]);
+    assert_eq!(
+        (&defaults["intent"]["mood"], &defaults["intent"]["below"]),
+        (&json!("dramatic"), &json!(false))
+    );
+    assert!(defaults["targets"]["stops"].as_f64().unwrap() < -0.8, "{defaults}");
+    let size = |lights: &Value| lights[0]["size"].as_f64().unwrap();
+    assert!(size(&defaults["lights"]) < 0.5 * size(&usual["lights"]), "{defaults}");
+    // What is wanted counts from the settings, not from what was wanted before.
+    let to =
+        json!({ "from": defaults["intent"], "to": usual["intent"], "lights": defaults["lights"] });
+    let back = page.ask("steer", to, "steered");
+    assert_eq!((&back["weights"], &back["targets"]), (&usual["weights"], &usual["targets"]));
+}
+
+#[test]
+fn a_search_stays_in_what_is_wanted() {
+    let place = Folder::new();
+    let server = Server::start(&place, BALL);
+    let (mut page, opened) = server.page();
+    let shown = look(&opened);
+    let share = |page: &mut Page, mood: &str| {
+        let intent = with(&shown["intent"], json!({ "mood": mood }));
+        let asked = json!({ "from": shown["intent"], "to": intent, "lights": shown["lights"] });
+        let steered = page.ask("steer", asked, "steered");
+        let wanted = json!({
+            "action": "start", "intent": intent,
+            "weights": steered["weights"], "targets": steered["targets"],
+        });
+        let id = page.send("search", with(&shown, wanted));
+        let end = finished(page, id);
+        let strength = |light: usize| end["lights"][light]["diffuse"].as_f64().unwrap();
+        strength(1) / strength(0)
+    };
+    let [dramatic, soft] = ["dramatic", "soft"].map(|mood| share(&mut page, mood));
+    assert!(dramatic <= 0.0601 && (0.4499..=0.9001).contains(&soft), "{dramatic} {soft}");
+}
+
+#[test]
+fn no_light_is_searched_or_praised_below_the_horizon_where_none_is_wanted() {
+    let place = Folder::new();
+    // Boxes that only have low places.
+    let low = concat!(env!("CARGO_MANIFEST_DIR"), "/tools/intent/low.toml");
+    let server = Server::start(&place, &["ball.gltf", "--config", low]);
+    let (mut page, opened) = server.page();
+    let shown = look(&opened);
+    let up = up(&shown);
+    let wanted = |below: bool| with(&shown["intent"], json!({ "below": below }));
+    let lowest = |page: &mut Page, below: bool| {
+        let asked = with(&shown, json!({ "action": "start", "intent": wanted(below) }));
+        let id = page.send("search", asked);
+        let end = finished(page, id);
+        let lights = end["lights"].as_array().unwrap().iter();
+        lights.map(|light| rise(&light["direction"], up)).fold(1.0, f64::min)
+    };
+    assert!(lowest(&mut page, true) < -0.1 && lowest(&mut page, false) > -1e-3);
+    // Judged by darkness alone, the best place is behind and below.
+    let map = |page: &mut Page, below: bool| {
+        let more = json!({
+            "light": 0, "columns": 17, "rows": 17, "intent": wanted(below),
+            "weights": { "mean": 1.0 }, "targets": { "mean": 0.05, "stops": 0.0, "spread": 0.2 },
+        });
+        page.ask("map", with(&shown, more), "mapped")
+    };
+    let (free, bound) = (map(&mut page, true), map(&mut page, false));
+    assert!(free["up"].is_null() && (rise(&bound["up"], up) - 1.0).abs() < 1e-5, "{bound}");
+    assert!(rise(&free["best"], up) < 0.0 && rise(&bound["best"], up) >= 0.0);
+    assert_eq!(free["values"], bound["values"]);
+}
+
+/// What the library says of a page's lights, by the wishes of the settings for objects.
+fn judged_by_library(place: &Folder, shown: &Value, [focus, dim]: [&[String]; 2]) -> f32 {
+    let mut settings = Settings { focus: focus.to_vec(), dim: dim.to_vec(), ..Settings::default() };
+    settings.device = "cpu".parse().unwrap();
+    settings.view.size = Some("64x48".parse().unwrap());
+    let mut session = Session::open(&place.path("ball.gltf"), settings).unwrap();
+    let number = |value: &Value| value.as_f64().unwrap() as f32;
+    let light = |(light, role): (&Value, Role)| {
+        let [x, y, z] = [0, 1, 2].map(|axis| number(&light["direction"][axis]));
+        let (elevation, azimuth) = (y.atan2(x.hypot(z)), x.atan2(z));
+        let [diffuse, specular, distance] =
+            ["diffuse", "specular", "distance"].map(|name| number(&light[name]));
+        Light { role, elevation, azimuth, diffuse, specular, distance, ..Light::default() }
+    };
+    let lights = shown["lights"].as_array().unwrap().iter();
+    let rig: Vec<Light> = lights.zip([Role::Key, Role::Fill]).map(light).collect();
+    session.evaluator.inspect(&rig).unwrap().score
+}
+
+#[test]
+fn objects_are_lit_first_or_stay_dim_as_the_library_has_it() {
+    let place = Folder::new();
+    let server = Server::start(&place, BALL);
+    let (mut page, opened) = server.page();
+    assert_eq!(opened["scene"]["objects"], json!(["large", "small"]));
+    let shown = with(&look(&opened), json!({ "at_rest": false }));
+    let (small, large, none) = (vec!["small".to_owned()], vec!["large".to_owned()], Vec::new());
+    let mut scores = Vec::new();
+    for (focus, dim) in [(&none, &none), (&small, &none), (&none, &large), (&small, &large)] {
+        let wished = with(&shown, json!({ "focus": focus, "dim": dim }));
+        let id = page.send("draw", wished.clone());
+        let score = found(&page.drawn(id, 1), 1).1.unwrap() as f32;
+        let library = judged_by_library(&place, &shown, [focus, dim]);
+        assert!((score - library).abs() < 1e-3, "{focus:?} {dim:?}: {score} and {library}");
+        scores.push(score);
+        // The landscape and a search judge so too.
+        let map = with(&wished, json!({ "light": 0, "columns": 5, "rows": 5 }));
+        let mapped = page.ask("map", map, "mapped");
+        let step = page.ask("search", with(&wished, json!({ "action": "step" })), "progress");
+        let best = page.until("progress", step["id"].as_u64().unwrap() as u32);
+        scores.push(mapped["values"][12].as_f64().unwrap() as f32);
+        scores.push(best["best"].as_f64().unwrap() as f32);
+    }
+    for of in 0..3 {
+        let different = |a: usize, b: usize| (scores[3 * a + of] - scores[3 * b + of]).abs() > 1e-4;
+        assert!(different(0, 1) && different(0, 2) && different(1, 2), "{of}: {scores:?}");
+    }
+    let fault = page.ask("draw", with(&shown, json!({ "focus": ["nobody"] })), "fault");
+    assert!(fault["message"].as_str().unwrap().contains("no object is named 'nobody'"), "{fault}");
+    // What is not seen has no say.
+    let mut away = with(&shown, json!({ "focus": small }));
+    away["camera"]["target"] = json!([0.0, 0.0, 0.0]);
+    away["camera"]["distance"] = 0.4.into();
+    let id = page.send("draw", away);
+    assert!(found(&page.drawn(id, 1), 1).1.is_some());
+}
+
+#[test]
+fn a_page_begins_with_the_command_line_s_wishes_for_objects() {
+    let place = Folder::new();
+    let server = Server::start(&place, &["ball.gltf", "--focus", "sma", "--dim", "LARGE"]);
+    let (_, opened) = server.page();
+    let defaults = &opened["defaults"];
+    assert_eq!((&defaults["focus"], &defaults["dim"]), (&json!(["small"]), &json!(["large"])));
+    let mut refused =
+        place.klieg(&["studio", "ball.gltf", "--no-open", "--device", "cpu", "--focus", "teapot"]);
+    let output = refused.assert().code(2).get_output().clone();
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(text.contains("no object is named 'teapot'"), "{text}");
 }

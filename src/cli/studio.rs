@@ -4,7 +4,6 @@ use super::input::SceneFile;
 use super::options::{LookOptions, SearchOptions, TargetOptions, completed};
 use super::picture::PictureOptions;
 use super::print;
-use crate::Error;
 use crate::design::profile;
 use crate::session::config::Settings;
 use crate::studio;
@@ -40,12 +39,7 @@ pub(super) struct Options {
 impl Options {
     fn settings(&self) -> crate::Result<Settings> {
         let settings = self.look.settings(profile::DEFAULT)?;
-        let settings = completed(settings, (&self.target, &self.search, &self.picture))?;
-        if !(settings.focus.is_empty() && settings.dim.is_empty()) {
-            let fault = "the page judges all objects alike: --focus and --dim are for 'design', 'batch' and 'gallery'";
-            return Err(Error::Argument(fault.into()));
-        }
-        Ok(settings)
+        completed(settings, (&self.target, &self.search, &self.picture))
     }
 }
 

@@ -37,6 +37,16 @@ impl<E> Dimmed<E> {
     pub fn whole(&self) -> &E {
         &self.whole
     }
+
+    /// The same, for good.
+    pub fn into_whole(self) -> E {
+        self.whole
+    }
+
+    /// The evaluators of the whole view, of the objects that are to be lit and of those that are to stay dim.
+    pub fn parts_mut(&mut self) -> [&mut E; 3] {
+        [&mut self.whole, &mut self.lit, &mut self.dim]
+    }
 }
 
 /// What judges the objects that are to stay dim, beside all others that are judged by `others`.
@@ -49,7 +59,10 @@ pub fn objective(others: &Objective) -> Result<Objective> {
 }
 
 /// The quality of the lit objects and of the dim ones together.
-fn sum(lit: Quality, dim: Quality) -> Result<Quality> {
+///
+/// # Errors
+/// None in practice: the term is klieg's own.
+pub fn sum(lit: Quality, dim: Quality) -> Result<Quality> {
     let mut terms = lit.terms;
     let target = Term::named(TARGET)?;
     terms.set(target, dim.terms.get(TARGET).unwrap_or_default())?;

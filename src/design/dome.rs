@@ -47,12 +47,19 @@ impl Dome {
         if !population.is_empty() {
             evaluator.evaluate(&population, &mut scores)?;
         }
-        let lowest = directions.iter().flatten().zip(&scores).min_by(|a, b| a.1.total_cmp(b.1));
-        let best = lowest.map_or(Vec3::Z, |(direction, _)| *direction);
         let mut scores = scores.into_iter();
         let values =
             directions.iter().map(|direction| direction.and_then(|_| scores.next())).collect();
-        Ok(Self { columns, rows, values, best })
+        let dome = Self { columns, rows, values, best: Vec3::Z };
+        Ok(Self { best: dome.lowest(|_| true).unwrap_or(Vec3::Z), ..dome })
+    }
+
+    /// The direction with the lowest `F` of those that `may` be taken, in the light frame; none where no cell's may.
+    pub fn lowest(&self, may: impl Fn(Vec3) -> bool) -> Option<Vec3> {
+        let directions = cells(self.columns, self.rows).map(direction);
+        let known = directions.zip(&self.values).filter_map(|(at, value)| at.zip(*value));
+        let lowest = known.filter(|(at, _)| may(*at)).min_by(|a, b| a.1.total_cmp(&b.1));
+        lowest.map(|(at, _)| at)
     }
 }
 
@@ -100,6 +107,16 @@ mod tests {
         // The first row is the upper one.
         let first = cells(5, 5).nth(2).unwrap();
         assert!(first[0].abs() < 1e-6 && first[1] > 0.7);
+    }
+
+    #[test]
+    fn the_lowest_is_one_of_those_that_may_be_taken() {
+        let values: Vec<_> = cells(9, 9).map(|at| direction(at).map(|to| to.y)).collect();
+        let dome = Dome { columns: 9, rows: 9, values, best: Vec3::Z };
+        assert!(dome.lowest(|_| true).unwrap().y < -0.9);
+        let level = dome.lowest(|to| to.y >= 0.0).unwrap();
+        assert!((0.0..0.3).contains(&level.y), "{level}");
+        assert_eq!(dome.lowest(|_| false), None);
     }
 
     #[test]

@@ -29,6 +29,16 @@ impl<E> Focused<E> {
     pub fn whole(&self) -> &E {
         &self.whole
     }
+
+    /// The same, for good.
+    pub fn into_whole(self) -> E {
+        self.whole
+    }
+
+    /// The evaluators of the whole view and of the objects in focus.
+    pub fn parts_mut(&mut self) -> [&mut E; 2] {
+        [&mut self.whole, &mut self.part]
+    }
 }
 
 /// The mean of what the whole view and the objects in focus have.
@@ -36,7 +46,8 @@ fn mean(whole: f32, part: f32) -> f32 {
     whole + FOCUS_SHARE * (part - whole)
 }
 
-fn mean_quality(whole: Quality, part: Quality) -> Quality {
+/// The quality of the whole view and of the objects in focus together.
+pub fn mean_quality(whole: Quality, part: Quality) -> Quality {
     let of_part = |term: &Term, whole| part.terms.get(term.name).unwrap_or(whole);
     let terms = whole.terms.map(|term, whole| mean(whole, of_part(term, whole)));
     Quality { score: mean(whole.score, part.score), terms }

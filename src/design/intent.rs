@@ -28,6 +28,7 @@ const FILL_MOST: f32 = 0.95;
 
 /// The character of a light.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "lowercase")]
 pub enum Mood {
     /// Large lights, a strong fill, little contrast.
@@ -77,6 +78,7 @@ impl FromStr for Mood {
 /// # Ok::<(), klieg::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(default, deny_unknown_fields)]
 pub struct Intent {
     /// Steps of brightness, −2..=2: each moves the mean brightness aimed at by 0.6 stops.

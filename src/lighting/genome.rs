@@ -84,7 +84,7 @@ impl Searched {
             }
         }
         let light = Light { role, kind, color: space.color, ..Light::default() };
-        let size = Some((0.5 * space.softness.to_radians()).tan());
+        let size = Some(space.size());
         Ok(Self { light, genes, held: Vec::new(), size })
     }
 

@@ -5,12 +5,13 @@ use super::device::{self, Opened};
 use super::pipelines::Stored;
 use super::values::Device;
 use crate::cpu::{self, CpuEvaluator};
-use crate::design::{Dimmed, Focused, Views};
+use crate::design::{Dimmed, Focused, Views, dim, focus};
 use crate::evaluate::Evaluator;
 use crate::gpu::{GpuEvaluator, PipelineKind};
 use crate::lighting::{Light, Stand};
-use crate::objective::Quality;
-use crate::objective::maps::Maps;
+use crate::objective::maps::{Maps, ViewStatistics};
+
+use crate::objective::{Objective, Quality, Statistics};
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
@@ -65,6 +66,37 @@ impl Engine {
         }
     }
 
+    /// The evaluator of the whole view, without any wishes for objects.
+    pub fn into_whole(self) -> Self {
+        match self {
+            Self::Focused(both) => both.into_whole().into_whole(),
+            Self::Dimmed(all) => all.into_whole().into_whole(),
+            plain => plain,
+        }
+    }
+
+    /// Measures the picture of a rig, to be judged afterwards.
+    ///
+    /// # Errors
+    /// As [`Evaluator::inspect`].
+    pub fn measure(&mut self, rig: &[Light]) -> crate::Result<Measured> {
+        Ok(match self {
+            Self::Focused(both) => {
+                let [whole, part] = both.parts_mut();
+                Measured::Focused(Box::new([whole.measure(rig)?, part.measure(rig)?]))
+            }
+            Self::Dimmed(all) => {
+                let [whole, lit, dim] = all.parts_mut();
+                let parts = [whole.measure(rig)?, lit.measure(rig)?, dim.measure(rig)?];
+                Measured::Dimmed(Box::new(parts))
+            }
+            plain => {
+                let statistics = plain.inspect(rig)?.statistics;
+                Measured::Plain(Box::new((statistics, plain.maps()?.statistics())))
+            }
+        })
+    }
+
     /// How the pictures are made; none natively.
     pub fn pipeline(&self) -> Option<PipelineKind> {
         match self {
@@ -84,6 +116,45 @@ impl Engine {
             Self::Focused(both) => both.whole().stage_times(),
             Self::Dimmed(all) => all.whole().stage_times(),
             Self::Views(views) => views.first().stage_times(),
+        }
+    }
+}
+
+/// What was measured of a picture, to be judged by any objective whose terms were all measured.
+pub enum Measured {
+    /// Of a view whose objects all count alike.
+    Plain(Box<(Statistics, ViewStatistics)>),
+    /// Of the whole view and of the objects in focus.
+    Focused(Box<[Measured; 2]>),
+    /// Of the whole view, of the objects that are to be lit and of those that are to stay dim.
+    Dimmed(Box<[Measured; 3]>),
+}
+
+impl Measured {
+    /// What was measured of the whole view.
+    pub fn whole(&self) -> &(Statistics, ViewStatistics) {
+        match self {
+            Self::Plain(whole) => whole,
+            Self::Focused(both) => both[0].whole(),
+            Self::Dimmed(all) => all[0].whole(),
+        }
+    }
+
+    /// How good the picture is: as [`Focused`] and [`Dimmed`] have it.
+    ///
+    /// # Errors
+    /// None in practice: the term of objects that are to stay dim is klieg's own.
+    pub fn quality(&self, objective: &Objective) -> crate::Result<Quality> {
+        match self {
+            Self::Plain(whole) => Ok(objective.quality(&whole.0, &whole.1)),
+            Self::Focused(both) => {
+                let [whole, part] = [both[0].quality(objective)?, both[1].quality(objective)?];
+                Ok(focus::mean_quality(whole, part))
+            }
+            Self::Dimmed(all) => {
+                let dim = all[2].quality(&dim::objective(objective)?)?;
+                dim::sum(all[1].quality(objective)?, dim)
+            }
         }
     }
 }

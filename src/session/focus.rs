@@ -7,8 +7,8 @@ use super::strokes::weigh_target;
 use crate::cpu::objects::of_objects;
 use crate::design::dim::{self, DIM_BRIGHTNESS, DIM_WEIGHT};
 use crate::design::{Dimmed, Focused};
-use crate::scene::Scene;
 use crate::scene::view::View;
+use crate::scene::{Instance, Scene};
 use crate::{Error, Result};
 use std::ops::Range;
 
@@ -56,6 +56,66 @@ impl Settings {
             return Ok(());
         }
         weigh_target(&mut self.objective, DIM_WEIGHT)
+    }
+}
+
+/// As [`wished`], where wishes for objects that are not seen do not count, nor those for objects to stay dim beside which
+/// nothing is seen.
+///
+/// # Errors
+/// The same.
+pub fn wished_in_view(
+    mut whole: Engine,
+    device: &Opened,
+    (scene, view): (&Scene, &View),
+    settings: &Settings,
+) -> Result<Engine> {
+    let settings = settings.seen_by(scene, &whole.maps()?.visible)?;
+    let judged = wished(whole, device, (scene, view), &settings)?;
+    judged.ok_or_else(|| out_of_view(scene, view, &settings))
+}
+
+/// The names of the objects that some names are of, each once.
+///
+/// # Errors
+/// [`Error::Input`] for a name that no object has.
+pub fn objects(scene: &Scene, names: &[String]) -> Result<Vec<String>> {
+    let named = named(scene, names)?;
+    let wanted = scene.instances.iter().filter(|one| named(one.first_polygon));
+    let mut found: Vec<String> = Vec::new();
+    for name in wanted.map(|instance| object_name(scene, instance)) {
+        if !name.is_empty() && !found.iter().any(|known| known == name) {
+            found.push(name.into());
+        }
+    }
+    Ok(found)
+}
+
+/// The name of an object's node, else of its mesh.
+pub fn object_name<'a>(scene: &'a Scene, instance: &'a Instance) -> &'a str {
+    match instance.name.as_str() {
+        "" => &scene.meshes[instance.mesh as usize].name,
+        name => name,
+    }
+}
+
+impl Settings {
+    /// The settings with those of their wishes that objects of these colour codes are of.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a name that no object has.
+    pub fn seen_by(&self, scene: &Scene, codes: &[u32]) -> Result<Self> {
+        let mut seen = self.clone();
+        let dim = named(scene, &self.dim)?;
+        if !codes.iter().any(|&code| dim(code)) || codes.iter().all(|&code| dim(code)) {
+            seen.dim.clear();
+        }
+        let dim = named(scene, &seen.dim)?;
+        let focus = named(scene, &self.focus)?;
+        if !codes.iter().any(|&code| focus(code) && !dim(code)) {
+            seen.focus.clear();
+        }
+        Ok(seen)
     }
 }
 

@@ -5,7 +5,7 @@ pub mod config;
 pub mod designer;
 pub mod device;
 mod engine;
-mod focus;
+pub mod focus;
 pub mod gallery;
 pub mod input;
 pub mod intent;

@@ -1,6 +1,7 @@
 //! What the server answers: the other half of [`super::messages`].
 
 use super::messages::{Camera, Document, Light, Targets};
+use crate::design::Intent;
 use crate::evaluate::DeviceInfo;
 use crate::objective::Terms;
 use serde::Serialize;
@@ -52,6 +53,8 @@ pub struct SceneInfo {
     pub center: [f64; 3],
     /// The largest distance of a vertex from it, world units.
     pub radius: f64,
+    /// The names of its objects, each once; of very many none.
+    pub objects: Vec<String>,
     /// The file's cameras.
     pub cameras: Vec<NamedCamera>,
     /// Where a page begins to look from.
@@ -77,6 +80,12 @@ pub struct Defaults {
     pub weights: Terms,
     /// What they aim at.
     pub targets: Targets,
+    /// What light is wanted; weights and targets come of it.
+    pub intent: Intent,
+    /// Names of the objects for which it is wanted most.
+    pub focus: Vec<String>,
+    /// Names of the objects that are to stay dim.
+    pub dim: Vec<String>,
     /// Name of the optimiser.
     pub optimizer: String,
     /// Seed of every random choice.
@@ -196,8 +205,10 @@ pub struct Mapped {
     /// `F` of each cell, row by row from the top; null outside the disc. Lambert's azimuthal equal-area projection, the
     /// viewer in its centre and the opposite direction on its rim.
     pub values: Vec<Option<f32>>,
-    /// The direction of the lowest.
+    /// The direction of the lowest of those in which a search may put the light.
     pub best: [f32; 3],
+    /// Unit vector upwards, light frame, where searches may put no light below the horizon.
+    pub up: Option<[f32; 3]>,
 }
 
 /// How a search stands.
@@ -261,6 +272,19 @@ pub enum Answer {
     /// Lights.
     #[allow(missing_docs, reason = "as the request's")]
     Rig { id: u32, lights: Vec<Light> },
+    /// What comes of what is wanted.
+    Steered {
+        /// Number of the request.
+        id: u32,
+        /// Weights of the terms.
+        #[cfg_attr(test, ts(type = "Record<string, number>"))]
+        weights: Box<Terms>,
+        /// What they aim at.
+        targets: Targets,
+        /// Radius of each light: that of the new mood, where it has another softness than the old one and the light is
+        /// searched.
+        sizes: Vec<f32>,
+    },
     /// What went wrong, for people; the id is null where the request could not be read.
     #[allow(missing_docs, reason = "as the request's")]
     Fault { id: Option<u32>, message: String },

@@ -106,7 +106,8 @@ impl Look {
     /// What pictures are judged by: `usual` with the weights and targets of this.
     ///
     /// # Errors
-    /// As [`Objective::check`], and for weights of terms that need a target picture.
+    /// As [`Objective::check`] and [`Intent::check`](crate::design::Intent::check), and for weights of terms that need a
+    /// target picture.
     pub fn objective(&self, usual: &Objective) -> Result<Objective> {
         let Targets { mean, stops, spread } = self.targets;
         let objective = Objective {
@@ -116,6 +117,7 @@ impl Look {
             spread_target: spread,
             ..*usual
         };
+        self.intent.check()?;
         objective.check()?;
         objective.check_without_target()?;
         Ok(objective)

@@ -1,8 +1,9 @@
 //! What all pages share, and the scene that one of them looks at.
 
-use super::messages::Camera;
+use super::messages::{Camera, Look};
 use super::scenes::{Held, Scenes};
 use crate::Result;
+use crate::design::Intent;
 use crate::scene::occluders::Occluders;
 use crate::scene::view::View;
 use crate::session::config::Settings;
@@ -13,7 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// What all pages share.
 pub struct Studio {
-    /// The settings of the command line.
+    /// The settings of the command line, without what its intent makes of them.
     pub settings: Settings,
     /// What computes.
     pub device: Opened,
@@ -23,6 +24,16 @@ pub struct Studio {
     pub uploads: PathBuf,
     /// For work that no hand waits for: it has threads of its own, so that it never stands before what a hand waits for.
     pub background: ThreadPool,
+}
+
+impl Studio {
+    /// The settings with what an intent makes of them.
+    ///
+    /// # Errors
+    /// As [`Settings::steered`].
+    pub fn steered(&self, intent: Intent) -> Result<Settings> {
+        Settings { intent, ..self.settings.clone() }.steered()
+    }
 }
 
 /// A scene that a page looks at.
@@ -64,7 +75,18 @@ impl Hall {
         Ok(Some(occluders))
     }
 
-    /// The settings of the command line.
+    /// The settings of what a look wants: boxes, objective and wishes for objects.
+    ///
+    /// # Errors
+    /// As [`Studio::steered`] and [`Look::objective`].
+    pub fn wanted(&self, look: &Look) -> Result<Settings> {
+        let steered = self.studio.steered(look.intent)?;
+        let objective = look.objective(&steered.objective)?;
+        let (focus, dim) = (look.focus.clone(), look.dim.clone());
+        Ok(Settings { objective, focus, dim, ..steered })
+    }
+
+    /// As [`Studio::settings`].
     pub fn settings(&self) -> &Settings {
         &self.studio.settings
     }

@@ -8,13 +8,16 @@ use super::stage::Sight;
 use super::worker::Worker;
 use crate::Result;
 use crate::cpu::{self, CpuEvaluator};
-use crate::design::{Dome, coarse};
+use crate::design::{Dome, coarse, intent};
 use crate::error::within;
 use crate::lighting::Light;
-use crate::objective::Objective;
 use crate::objective::maps::Maps;
 use crate::objective::shadows::ShadowSettings;
 use crate::scene::view::View;
+use crate::session::config::Settings;
+use crate::session::device::Opened;
+use crate::session::{Engine, focus};
+use glam::Vec3;
 
 /// Longest side of the pictures that are judged, pixels.
 const JUDGED: u32 = 64;
@@ -31,8 +34,8 @@ pub struct Landscape {
     whole: View,
     view: View,
     maps: Maps,
-    /// The last objective, and what measures for it.
-    evaluator: Option<(Objective, CpuEvaluator)>,
+    /// The last look's settings, and what measures for them.
+    engine: Option<(Settings, Engine)>,
 }
 
 impl Landscape {
@@ -44,26 +47,30 @@ impl Landscape {
         let shadows = ShadowSettings { side: SIDE, ..settings.shadows };
         let occluders = hall.occluders(&sight.camera, &view)?;
         let maps = cpu::draw(&hall.held.scene, &view, &objective, (&shadows, occluders))?;
-        Ok(Self { sight, whole, view, maps, evaluator: None })
+        Ok(Self { sight, whole, view, maps, engine: None })
     }
 
     fn dome(
         &mut self,
         hall: &Hall,
-        (objective, rig): (&Objective, &[Light]),
+        (settings, rig): (Settings, &[Light]),
         (at, cells): (usize, [u32; 2]),
     ) -> Result<Dome> {
-        let known = self.evaluator.take().filter(|(known, _)| known == objective);
-        let (_, evaluator) = match known {
-            Some(known) => self.evaluator.insert(known),
+        let known = self.engine.take().filter(|(known, _)| *known == settings);
+        let (_, engine) = match known {
+            Some(known) => self.engine.insert(known),
             None => {
-                let small = coarse::objective(objective, &self.whole, &self.view);
-                let (maps, shading) = (self.maps.clone(), hall.settings().shading);
-                let evaluator = CpuEvaluator::new(maps, &self.view, small, shading)?;
-                self.evaluator.insert((*objective, evaluator))
+                let small = coarse::objective(&settings.objective, &self.whole, &self.view);
+                let small = Settings { objective: small, ..settings.clone() };
+                let (maps, view) = (self.maps.clone(), &self.view);
+                let evaluator = CpuEvaluator::new(maps, view, small.objective, small.shading)?;
+                let whole = Engine::Cpu(Box::new(evaluator));
+                let seen = (&*hall.held.scene, view);
+                let engine = focus::wished_in_view(whole, &Opened::Cpu, seen, &small)?;
+                self.engine.insert((settings, engine))
             }
         };
-        Dome::of(evaluator, rig, at, cells)
+        Dome::of(&mut **engine, rig, at, cells)
     }
 }
 
@@ -75,7 +82,7 @@ impl Worker {
         within("columns", columns as f32, 1.0, MOST_CELLS)?;
         within("rows", rows as f32, 1.0, MOST_CELLS)?;
         let lights = rig(&map.look.lights)?;
-        let objective = map.look.objective(&hall.settings().objective)?;
+        let settings = hall.wanted(&map.look)?;
         chosen(&lights, light)?;
         let sight = Sight { camera: map.look.camera.clone(), size: map.size };
         let mut landscape = match self.landscape.take() {
@@ -83,10 +90,12 @@ impl Worker {
             _ => Landscape::new(&hall, sight)?,
         };
         let asked = (light as usize, [columns, rows]);
-        let dome = landscape.dome(&hall, (&objective, &lights), asked)?;
+        let dome = landscape.dome(&hall, (settings, &lights), asked)?;
+        let up = (!map.look.intent.below).then(|| intent::up(&landscape.whole));
+        let above = |direction: Vec3| up.is_none_or(|up| direction.dot(up) >= 0.0);
+        let best = dome.lowest(above).unwrap_or(dome.best).to_array();
         self.landscape = Some(landscape);
-        let Dome { columns, rows, values, best } = dome;
-        let best = best.to_array();
-        self.send(Answer::Mapped(Mapped { id, light, columns, rows, values, best }))
+        let (Dome { columns, rows, values, .. }, up) = (dome, up.map(|up| up.to_array()));
+        self.send(Answer::Mapped(Mapped { id, light, columns, rows, values, best, up }))
     }
 }

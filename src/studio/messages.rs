@@ -3,6 +3,7 @@
 //!
 //! Pictures are binary frames: `PICTURE_HEADER` bytes, then RGBA rows from the top.
 
+use crate::design::Intent;
 use crate::lighting::{LightKind, Role};
 use crate::objective::Terms;
 use serde::{Deserialize, Serialize};
@@ -97,6 +98,16 @@ pub struct Look {
     pub weights: Terms,
     /// What they aim at.
     pub targets: Targets,
+    /// What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
+    /// they are, whatever it says.
+    #[serde(default)]
+    pub intent: Intent,
+    /// Names of the objects for which it is wanted most.
+    #[serde(default)]
+    pub focus: Vec<String>,
+    /// Names of the objects that are to stay dim.
+    #[serde(default)]
+    pub dim: Vec<String>,
 }
 
 /// What a page holds and a session file keeps.
@@ -305,6 +316,20 @@ pub struct Follow {
     pub lights: Vec<Light>,
 }
 
+/// To say what light is wanted.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+pub struct Steer {
+    /// See `Open`.
+    pub id: u32,
+    /// What was wanted before.
+    pub from: Intent,
+    /// What is wanted.
+    pub to: Intent,
+    /// The lights.
+    pub lights: Vec<Light>,
+}
+
 /// What the page asks. A newer request takes the place of an unanswered older one of its type.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
@@ -328,6 +353,8 @@ pub enum Request {
     Preset(Preset),
     /// Answered by `Answer::Rig`.
     Follow(Follow),
+    /// Answered by `Answer::Steered`.
+    Steer(Steer),
 }
 
 impl Request {
@@ -342,7 +369,8 @@ impl Request {
             | Self::Search(Search { id, .. })
             | Self::Alternatives(Alternatives { id, .. })
             | Self::Preset(Preset { id, .. })
-            | Self::Follow(Follow { id, .. }) => *id,
+            | Self::Follow(Follow { id, .. })
+            | Self::Steer(Steer { id, .. }) => *id,
         }
     }
 }

@@ -23,6 +23,7 @@ mod server;
 mod session_file;
 mod socket;
 mod stage;
+mod steering;
 mod task;
 mod upload;
 mod worker;
@@ -30,6 +31,7 @@ mod worker;
 use crate::evaluate::DeviceInfo;
 use crate::session::config::Settings;
 use crate::session::device::{self, Opened};
+use crate::session::focus;
 use anyhow::{Context, Result};
 use axum::serve::ListenerExt;
 use guard::Guard;
@@ -64,13 +66,18 @@ pub fn serve(
 ) -> Result<()> {
     settings.check()?;
     let token = guard::token(std::env::var(guard::TOKEN_VARIABLE).ok())?;
-    let settings = settings.steered()?;
     let device = device::open(&settings.device, &settings)?;
     let scene = scene.map(|path| {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         Held::load(("first".into(), name), path, None, &settings)
     });
-    let scenes = Scenes::new(scene.transpose()?);
+    let scene = scene.transpose()?;
+    if let Some(held) = &scene {
+        for names in [&settings.focus, &settings.dim] {
+            focus::objects(&held.scene, names)?;
+        }
+    }
+    let scenes = Scenes::new(scene);
     let background = rayon::ThreadPoolBuilder::new().build().context("starting threads")?;
     // It goes with this function, whatever pages' threads hold at the end.
     let folder = tempfile::Builder::new().prefix("klieg-studio-").tempdir();

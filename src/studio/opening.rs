@@ -1,19 +1,22 @@
 //! What a page is told when it begins.
 
 use super::answers::{Answer, Defaults, Opened, TermInfo, Titled};
-use super::hall::{Hall, Studio};
+use super::hall::Hall;
 use super::messages::{Light, Open, Targets};
 use super::stage::everything;
 use super::worker::Worker;
 use crate::Result;
 use crate::cpu::{self, CpuEvaluator};
 use crate::design::{coarse, start};
-use crate::evaluate::Evaluator;
 use crate::lighting::presets::Preset;
 use crate::lighting::{self, Population, Rig};
+use crate::objective::Objective;
 use crate::objective::shadows::ShadowSettings;
 use crate::optimize::OPTIMIZERS;
-use crate::session::view;
+use crate::scene::Scene;
+use crate::session::config::Settings;
+use crate::session::device;
+use crate::session::{Engine, focus, view};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
@@ -33,13 +36,18 @@ impl Worker {
         let studio = Arc::clone(self.studio());
         let held = studio.scenes.find(open.scene.as_deref())?;
         let hall = held.map(|held| Hall::new(Arc::clone(&studio), held));
+        let mut settings = studio.steered(studio.settings.intent)?;
+        for names in [&mut settings.focus, &mut settings.dim] {
+            let scene = hall.as_ref().map(|hall| &*hall.held.scene);
+            *names = scene.map_or_else(Vec::new, |scene| in_scene(scene, names));
+        }
         let lights = match &hall {
-            Some(hall) => Light::all(&first(hall)?),
+            Some(hall) => Light::all(&first(hall, &settings)?),
             None => Vec::new(),
         };
         let scene = hall.as_ref().map(|hall| hall.held.info.clone());
         self.enter(hall);
-        let objective = &studio.settings.objective;
+        let objective = &settings.objective;
         self.send(Answer::Opened(Box::new(Opened {
             id: open.id,
             scene,
@@ -47,11 +55,14 @@ impl Worker {
                 lights,
                 weights: objective.weights,
                 targets: Targets::of(objective),
-                optimizer: studio.settings.optimizer.0.name.into(),
-                seed: studio.settings.seed,
+                intent: settings.intent,
+                focus: settings.focus,
+                dim: settings.dim,
+                optimizer: settings.optimizer.0.name.into(),
+                seed: settings.seed,
             },
             presets: presets(),
-            terms: terms(&studio),
+            terms: terms(objective),
             optimizers: OPTIMIZERS.iter().map(|one| titled(one.name, one.title)).collect(),
             device: (&studio.device_info()).into(),
             version: env!("CARGO_PKG_VERSION").into(),
@@ -59,9 +70,14 @@ impl Worker {
     }
 }
 
+/// The names of the objects of a scene that some names are of; others are of another scene.
+fn in_scene(scene: &Scene, names: &[String]) -> Vec<String> {
+    let known = |name: &String| focus::objects(scene, std::slice::from_ref(name)).ok();
+    names.iter().filter_map(known).flatten().collect()
+}
+
 /// The lights that a search of the settings begins with, at the strength at which they are best.
-fn first(hall: &Hall) -> Result<Rig> {
-    let settings = hall.settings();
+fn first(hall: &Hall, settings: &Settings) -> Result<Rig> {
     let scene = &hall.held.scene;
     let whole = view(scene, &settings.view)?;
     let view = whole.shrunk(&hall.held.scene, SEEN)?;
@@ -73,9 +89,12 @@ fn first(hall: &Hall) -> Result<Rig> {
     let rig = genome.decode(&start::first(scene, &view, &maps, &genome, &mut rng));
     let rigs: Vec<Rig> = STRENGTHS.map(|strength| scaled(&rig, strength)).to_vec();
     let population = Population::of(rigs.iter().map(Vec::as_slice))?;
-    let mut evaluator = CpuEvaluator::new(maps, &view, objective, settings.shading)?;
+    let evaluator = CpuEvaluator::new(maps, &view, objective, settings.shading)?;
+    let small = Settings { objective, ..settings.clone() };
+    let (whole, seen) = (Engine::Cpu(Box::new(evaluator)), (&**scene, &view));
+    let mut engine = focus::wished_in_view(whole, &device::Opened::Cpu, seen, &small)?;
     let mut scores = vec![0.0; rigs.len()];
-    evaluator.evaluate(&population, &mut scores)?;
+    engine.evaluate(&population, &mut scores)?;
     let best = rigs.into_iter().zip(scores).min_by(|a, b| a.1.total_cmp(&b.1));
     Ok(best.map_or(rig, |(rig, _)| rig))
 }
@@ -99,13 +118,13 @@ fn presets() -> Vec<Titled> {
     presets.into_iter().chain([titled(DESIGN, "Design")]).collect()
 }
 
-fn terms(studio: &Studio) -> Vec<TermInfo> {
-    let weights = studio.settings.objective.weights;
+fn terms(objective: &Objective) -> Vec<TermInfo> {
+    let weights = objective.weights;
     let info = |(term, _): (&crate::objective::Term, f32)| TermInfo {
         name: term.name.into(),
         title: term.title.into(),
         meaning: term.meaning.into(),
         weight: weights.get(term.name).unwrap_or(0.0),
     };
-    everything(&studio.settings.objective).weights.iter().map(info).collect()
+    everything(objective).weights.iter().map(info).collect()
 }

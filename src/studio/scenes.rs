@@ -8,15 +8,19 @@ use crate::scene::load::LoadOptions;
 use crate::scene::view::bounds;
 use crate::scene::{self, Scene};
 use crate::session::config::Settings;
-use crate::session::view;
+use crate::session::{focus, view};
 use crate::{Error, Result};
 use glam::DVec3;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tempfile::TempDir;
 
 /// Scenes that are kept though no page may look at them.
 const KEPT: usize = 4;
+
+/// Most objects whose names pages are told.
+const MOST_OBJECTS: usize = 400;
 
 /// A scene that pages look at.
 pub struct Held {
@@ -98,6 +102,7 @@ fn info(
         triangles: scene.polygons(),
         center: bounds.0.to_array(),
         radius: bounds.1,
+        objects: objects(scene),
         cameras: scene.cameras.iter().map(named).collect(),
         camera: said(&view.camera),
         size: [view.width, view.height],
@@ -105,6 +110,19 @@ fn info(
         document,
         warnings,
     })
+}
+
+/// The names of its objects, each once; of more than [`MOST_OBJECTS`] none.
+fn objects(scene: &Scene) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    let mut known = HashSet::new();
+    for instance in &scene.instances {
+        let name = focus::object_name(scene, instance);
+        if !name.is_empty() && known.insert(name) {
+            names.push(name.into());
+        }
+    }
+    if names.len() > MOST_OBJECTS { Vec::new() } else { names }
 }
 
 /// The fault of a scene that is not here.

@@ -6,8 +6,9 @@ use super::answers::{
 };
 use super::messages::{
     Action, Alternatives, Camera, Document, Draw, Follow, Light, Look, Map, Open, Pick, Place,
-    Preset, Request, Save, Search, Targets, What,
+    Preset, Request, Save, Search, Steer, Targets, What,
 };
+use crate::design::{Intent, Mood};
 use std::path::Path;
 use ts_rs::{Config, TS};
 
@@ -29,6 +30,8 @@ fn the_page_s_types_are_the_server_s() {
         Camera,
         Light,
         Targets,
+        Mood,
+        Intent,
         Look,
         Document,
         Save,
@@ -43,6 +46,7 @@ fn the_page_s_types_are_the_server_s() {
         Alternatives,
         Preset,
         Follow,
+        Steer,
         Request,
         Fineness,
         NamedCamera,

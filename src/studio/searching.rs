@@ -6,15 +6,15 @@ use super::hall::Hall;
 use super::messages::{Action, Camera, Light, Look, Search as Asked};
 use super::stage::Sight;
 use super::worker::Worker;
-use crate::cpu::{self, CpuEvaluator};
+use crate::cpu::CpuEvaluator;
 use crate::design::{Designer, coarse, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::{self, Population, Rig, Role};
-use crate::objective::Objective;
 use crate::optimize::{self, Optimizer, Setup};
 use crate::scene::view::View;
+use crate::session::config::Settings;
 use crate::session::device::Opened;
-use crate::session::{Engine, evaluator_on};
+use crate::session::{Engine, evaluator_on, focus};
 use crate::{Error, Result};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -32,7 +32,6 @@ const SMALL: u32 = 128;
 /// A search on its way.
 pub struct Search {
     asked: Asked,
-    objective: Objective,
     designer: Designer,
     /// The place in the page's list of each light of the designer's rigs.
     order: Vec<usize>,
@@ -57,18 +56,18 @@ pub struct Search {
 impl Search {
     fn new(hall: &Hall, asked: Asked) -> Result<Self> {
         let whole = sight(&asked).view(&hall.held)?;
-        let objective = asked.look.objective(&hall.settings().objective)?;
+        let wanted = hall.wanted(&asked.look)?;
         let (genome, order, first) = genome(hall, &asked.look, &whole)?;
         let (search, generations) = optimizer(hall, &asked, &genome, first)?;
         let coarse = hall.settings().coarse;
         let longest = if coarse.side == 0 { SMALL } else { coarse.side };
         let view = whole.shrunk(&hall.held.scene, longest)?;
-        let small = coarse::objective(&objective, &whole, &view);
-        let engine = measuring(hall, (&asked.look.camera, &view), &small)?;
+        let objective = coarse::objective(&wanted.objective, &whole, &view);
+        let settings = Settings { objective, ..wanted };
+        let engine = measuring(hall, (&asked.look.camera, &view), &settings)?;
         let first = |all: usize| (all as f64 * f64::from(coarse.share)) as usize;
         Ok(Self {
             asked,
-            objective,
             designer: Designer::of(genome, search)?,
             order,
             engine,
@@ -183,7 +182,7 @@ pub fn genome(hall: &Hall, look: &Look, view: &View) -> Result<(Genome, Vec<usiz
     let (own, searched): (Vec<usize>, Vec<usize>) =
         (0..lights.len()).partition(|&at| lights[at].role == Role::Scene);
     let of = |places: &[usize]| -> Rig { places.iter().map(|&at| lights[at]).collect() };
-    let settings = hall.settings();
+    let settings = hall.studio.steered(look.intent)?;
     let first = of(&searched);
     let mut genome = Genome::like(&first, &settings.lights.boxes)?;
     for (number, &at) in searched.iter().enumerate() {
@@ -219,17 +218,11 @@ fn optimizer(
     Ok((optimize::side_by_side(entry.name, &setup, count, settled)?, generations))
 }
 
-/// What measures a small view by `objective`.
-fn measuring(
-    hall: &Hall,
-    (camera, view): (&Camera, &View),
-    objective: &Objective,
-) -> Result<Engine> {
-    let settings = hall.settings();
-    let shadows = (&settings.shadows, hall.occluders(camera, view)?);
-    let maps = cpu::draw(&hall.held.scene, view, objective, shadows)?;
-    let evaluator = CpuEvaluator::new(maps, view, *objective, settings.shading)?;
-    Ok(Engine::Cpu(Box::new(evaluator)))
+/// What measures a small view as the settings have it.
+fn measuring(hall: &Hall, (camera, view): (&Camera, &View), settings: &Settings) -> Result<Engine> {
+    let seen = (&*hall.held.scene, view);
+    let engine = evaluator_on(&Opened::Cpu, seen, settings, hall.occluders(camera, view)?)?;
+    focus::wished_in_view(engine, &Opened::Cpu, seen, settings)
 }
 
 impl Worker {
@@ -311,15 +304,19 @@ impl Worker {
         else {
             return Ok(None);
         };
-        if let Opened::Vulkan(_) = hall.studio.device {
-            let mut settings = hall.settings().clone();
-            settings.objective = search.objective;
-            let seen = (&*hall.held.scene, &stage.view);
-            return evaluator_on(&hall.studio.device, seen, &settings, None).map(Some);
-        }
-        let (maps, view) = (stage.maps()?.clone(), stage.view.clone());
-        let evaluator = CpuEvaluator::new(maps, &view, search.objective, hall.settings().shading)?;
-        Ok(Some(Engine::Cpu(Box::new(evaluator))))
+        let settings = hall.wanted(&search.asked.look)?;
+        let (device, view) = (&hall.studio.device, stage.view.clone());
+        let seen = (&*hall.held.scene, &view);
+        let engine = match device {
+            Opened::Vulkan(_) => evaluator_on(device, seen, &settings, None)?,
+            Opened::Cpu => {
+                let maps = stage.maps()?.clone();
+                let evaluator =
+                    CpuEvaluator::new(maps, &view, settings.objective, settings.shading)?;
+                Engine::Cpu(Box::new(evaluator))
+            }
+        };
+        focus::wished_in_view(engine, device, seen, &settings).map(Some)
     }
 
     /// What the last search has found.

@@ -3,7 +3,7 @@
 use super::answers::{Fineness, Judged, Measured};
 use super::convert::camera_of;
 use super::hall::Hall;
-use super::messages::{Camera, Draw};
+use super::messages::{Camera, Draw, Look};
 use super::scenes::Held;
 use crate::cpu::{self, CpuEvaluator, Painter, shadows};
 use crate::design::coarse;
@@ -14,8 +14,9 @@ use crate::objective::terms::TERMS;
 use crate::objective::{Objective, Terms};
 use crate::render::{BACKGROUND, Background};
 use crate::scene::view::View;
+use crate::session::config::Settings;
 use crate::session::device::Opened;
-use crate::session::{Engine, evaluator_on};
+use crate::session::{Engine, evaluator_on, focus};
 use crate::{Error, Result};
 use image::RgbaImage;
 use std::sync::Arc;
@@ -104,6 +105,8 @@ pub struct Stage {
     painter: Painter,
     /// What `engine` measures.
     everything: Objective,
+    /// Names of the objects in focus, and of those that are to stay dim, of which `engine` knows.
+    wishes: [Vec<String>; 2],
     /// Colour behind the objects.
     background: [u8; 3],
 }
@@ -199,7 +202,27 @@ impl Stage {
     ) -> Result<Self> {
         let painter = Painter::new(engine.maps()?, &view, &hall.settings().shading);
         let background = background(hall);
-        Ok(Self { sight, view, fineness, took: 0, engine, painter, everything, background })
+        let wishes = Default::default();
+        Ok(Self { sight, view, fineness, took: 0, engine, painter, everything, wishes, background })
+    }
+
+    /// The same stage, which judges pictures by a look's wishes for objects.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a name that no object has, and what the device reports.
+    pub fn wishing(self, hall: &Hall, look: &Look) -> Result<Self> {
+        let wishes = [look.focus.clone(), look.dim.clone()];
+        if self.wishes == wishes {
+            return Ok(self);
+        }
+        let device = match self.engine {
+            Engine::Cpu(_) => Opened::Cpu,
+            _ => hall.studio.device.clone(),
+        };
+        let settings = Settings { objective: self.everything, ..hall.wanted(look)? };
+        let seen = (&*hall.held.scene, &self.view);
+        let engine = focus::wished_in_view(self.engine.into_whole(), &device, seen, &settings)?;
+        Ok(Self { engine, wishes, ..self })
     }
 
     /// The view's maps.
@@ -225,18 +248,18 @@ impl Stage {
     /// # Errors
     /// What the device reports.
     pub fn judge(&mut self, id: u32, rig: &[Light], objective: &Objective) -> Result<Judged> {
-        let statistics = self.engine.inspect(rig)?.statistics;
-        let view = self.engine.maps()?.statistics();
+        let measured = self.engine.measure(rig)?;
+        let (statistics, view) = measured.whole();
         let Objective { edge_sobel, edge_laplace, example, .. } = self.everything;
         let objective = Objective { edge_sobel, edge_laplace, example, ..*objective };
         let all = Objective { weights: self.everything.weights, ..objective };
         Ok(Judged {
             id,
-            score: objective.quality(&statistics, &view).score,
-            terms: all.terms(&statistics, &view),
+            score: measured.quality(&objective)?.score,
+            terms: measured.quality(&all)?.terms,
             measured: Measured {
                 mean: statistics.mean,
-                mean_target: objective.mean_of(&view),
+                mean_target: objective.mean_of(view),
                 spread: statistics.variance.max(0.0).sqrt(),
                 spread_target: objective.spread_target,
                 burnt: statistics.burnt,

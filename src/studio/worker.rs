@@ -224,6 +224,7 @@ impl Worker {
             Request::Alternatives(asked) => self.alternatives(asked),
             Request::Preset(preset) => self.preset(&preset),
             Request::Follow(follow) => self.follow(&follow),
+            Request::Steer(steer) => self.steer(&steer),
         }
     }
 
@@ -318,15 +319,25 @@ impl Worker {
         Task::spawn((&self.studio, STILL), work, failed)
     }
 
+    /// The stage with the wishes for objects of what is shown.
+    fn wishing(&self, stage: Stage) -> Result<Stage> {
+        match (&self.shown, &self.hall) {
+            (Some(draw), Some(hall)) => stage.wishing(hall, &draw.look),
+            _ => Ok(stage),
+        }
+    }
+
     fn show_coarse(&mut self) -> Result<()> {
-        let Some(mut stage) = self.coarse.take() else { return Ok(()) };
+        let Some(stage) = self.coarse.take() else { return Ok(()) };
+        let mut stage = self.wishing(stage)?;
         let shown = self.show(&mut stage);
         self.coarse = Some(stage);
         shown
     }
 
     fn show_whole(&mut self) -> Result<()> {
-        let Some(mut stage) = self.whole.take() else { return Ok(()) };
+        let Some(stage) = self.whole.take() else { return Ok(()) };
+        let mut stage = self.wishing(stage)?;
         let shown = self.show(&mut stage);
         let is_final = stage.fineness == Fineness::Full;
         self.whole = Some(stage);

@@ -16,6 +16,7 @@ import { Steps } from "./steps";
 import { Strip } from "./strip";
 import { Terms } from "./terms";
 import { nextTheme, theme } from "./theme";
+import { Wanted } from "./wanted";
 
 const Bar = () => (
   <header class="bar">
@@ -81,9 +82,10 @@ const Desk = () => (
       <Dome />
       <Lights />
     </div>
-    <div class="side right" role="group" aria-label="Judgement and search">
-      <Terms />
+    <div class="side right" role="group" aria-label="Search and judgement">
+      <Wanted />
       <Search />
+      <Terms />
       <Steps />
     </div>
     <Strip />

@@ -24,15 +24,15 @@ export const choose = (index: number) => {
 export const chosenLight = computed<Light | null>(() => doc.value?.lights[chosen.value] ?? null);
 
 /** The part of a document that the server judges. */
-export const look = ({ camera, lights, weights, targets }: Document): Look => ({ camera, lights, weights, targets });
+export const look = ({ camera, lights, weights, targets, intent, focus, dim }: Document): Look => ({ camera, lights, weights, targets, intent, focus, dim });
 
 /** Where a scene begins: at what a session kept, at the file's own lights, or at klieg's first ones. */
 export function beginning(info: SceneInfo, { defaults }: Opened): Document {
   if (info.document) return { ...info.document, scene: info.id };
   const { camera, size } = info;
-  const { weights, targets } = defaults;
+  const { weights, targets, intent, focus, dim } = defaults;
   const lights = info.lights.length > 0 ? info.lights : defaults.lights;
-  return { scene: info.id, size, page: null, camera, lights, weights, targets };
+  return { scene: info.id, size, page: null, camera, lights, weights, targets, intent, focus, dim };
 }
 
 /** An edit of one light. */

@@ -1,15 +1,21 @@
 // The landscape as a picture: a ramp of one hue with lines of equal F.
+import { dot, fromDisc } from "./math";
 import type { Mapped } from "./messages";
 
 const LEVELS = 10;
 /** Strength of the lines of equal F. */
 const LINE = 0.4;
+/** Pixels from one line to the next where no light may stand, and the lines' strength. */
+const HATCH = { every: 14, wide: 4, strength: 0.22 };
 
 type Rgb = [number, number, number];
 
 const rgb = (css: string): Rgb => (css.match(/[\d.]+/g)?.slice(0, 3).map(Number) ?? [0, 0, 0]) as Rgb;
 
-/** Paints the map over a canvas, whose `color` is that of the best place and `background-color` that of the worst. */
+/**
+ * Paints the map over a canvas, whose `color` is that of the best place and `background-color` that of the worst. What lies
+ * below a horizon that holds is hatched.
+ */
 export function paint(canvas: HTMLCanvasElement, map: Mapped | null) {
   const context = canvas.getContext("2d");
   if (!context) return;
@@ -25,20 +31,30 @@ export function paint(canvas: HTMLCanvasElement, map: Mapped | null) {
     for (let x = 0; x < size; x++) {
       const [u, v] = [(2 * (x + 0.5)) / size - 1, (2 * (y + 0.5)) / size - 1];
       if (u * u + v * v > 1) continue;
+      const at = 4 * (y * size + x);
+      if (map.up && dot(fromDisc(u, -v), map.up) < 0) {
+        const share = (x + y) % HATCH.every < HATCH.wide ? HATCH.strength : 0;
+        put(image, at, (channel) => bad[channel]! + (good[channel]! - bad[channel]!) * share);
+        continue;
+      }
       const [height, slope] = sample(map, heights, (u + 1) / 2, (v + 1) / 2, size);
       const level = height * LEVELS;
       const off = Math.abs(level - Math.round(level));
       const line = LINE * Math.max(0, 1 - off / Math.max(1e-6, 0.9 * slope * LEVELS));
       const share = height ** 1.6;
-      const at = 4 * (y * size + x);
-      for (let channel = 0; channel < 3; channel++) {
+      put(image, at, (channel) => {
         const value = bad[channel]! + (good[channel]! - bad[channel]!) * share;
-        image.data[at + channel] = value + (good[channel]! - value) * line;
-      }
-      image.data[at + 3] = 255;
+        return value + (good[channel]! - value) * line;
+      });
     }
   }
   context.putImageData(image, 0, 0);
+}
+
+/** An opaque pixel. */
+function put(image: ImageData, at: number, value: (channel: number) => number) {
+  for (let channel = 0; channel < 3; channel++) image.data[at + channel] = value(channel);
+  image.data[at + 3] = 255;
 }
 
 /** How good each cell is, 0 the worst to 1 the best; cells outside the disc are as those beside them. */

@@ -117,7 +117,7 @@ function want(side: Side, document: Document | null) {
 /** Whether both look the same: the compared lights stand still while those of the document are dragged. */
 function same(a: Document | null, b: Document | null) {
   if (!a || !b) return a === b;
-  const keys = ["camera", "lights", "weights", "targets", "size", "scene"] as const;
+  const keys = ["camera", "lights", "weights", "targets", "focus", "dim", "size", "scene"] as const;
   return keys.every((key) => a[key] === b[key]);
 }
 

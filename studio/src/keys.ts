@@ -47,7 +47,7 @@ function alone(key: string, target: Element): boolean {
 export function beginKeys() {
   document.addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.altKey || !(event.target instanceof Element)) return;
-    if (event.target.closest("dialog, input:not([type=range]):not([type=radio]), textarea")) return;
+    if (event.target.closest("dialog, input:not([type=range]):not([type=radio]):not([type=checkbox]), textarea")) return;
     const control = event.ctrlKey || event.metaKey;
     const key = event.key.toLowerCase();
     if (control ? withControl(key, event.shiftKey) : alone(key, event.target)) event.preventDefault();

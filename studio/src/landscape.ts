@@ -33,8 +33,8 @@ function keyOf(document: Document, index: number): string {
     const { locked: _, ...seen } = light;
     return other === index ? { ...seen, direction: null } : seen;
   });
-  const { camera, weights, targets, size, scene } = document;
-  return JSON.stringify([index, lights, camera, weights, targets, size, scene]);
+  const { camera, weights, targets, intent, focus, dim, size, scene } = document;
+  return JSON.stringify([index, lights, camera, weights, targets, intent.below, focus, dim, size, scene]);
 }
 
 export function beginMapping() {

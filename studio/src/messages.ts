@@ -87,6 +87,25 @@ stops: number,
  * Standard deviation of the brightness, sRGB-encoded, 0 to 0.5.
  */
 spread: number, };
+export type Mood = "soft" | "natural" | "dramatic";
+export type Intent = { 
+/**
+ * Steps of brightness, −2..=2: each moves the mean brightness aimed at by 0.6 stops.
+ */
+brightness: number, 
+/**
+ * Steps of contrast, −2..=2: each moves the standard deviation of the brightness aimed at by 0.06 from 0.2, and
+ * leaves the fill 0.6 of its share of the key.
+ */
+contrast: number, 
+/**
+ * The character.
+ */
+mood: Mood, 
+/**
+ * Whether lights may stand below the horizon of the scene's centre.
+ */
+below: boolean, };
 export type Look = { 
 /**
  * From where the scene is seen.
@@ -103,7 +122,20 @@ weights: Record<string, number>,
 /**
  * What they aim at.
  */
-targets: Targets, };
+targets: Targets, 
+/**
+ * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
+ * they are, whatever it says.
+ */
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Document = { 
 /**
  * The scene's id; it holds as long as the server runs.
@@ -132,7 +164,20 @@ weights: Record<string, number>,
 /**
  * What they aim at.
  */
-targets: Targets, };
+targets: Targets, 
+/**
+ * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
+ * they are, whatever it says.
+ */
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Save = { 
 /**
  * What is saved.
@@ -193,7 +238,20 @@ weights: Record<string, number>,
 /**
  * What they aim at.
  */
-targets: Targets, };
+targets: Targets, 
+/**
+ * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
+ * they are, whatever it says.
+ */
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Map = { 
 /**
  * See `Open`.
@@ -230,7 +288,20 @@ weights: Record<string, number>,
 /**
  * What they aim at.
  */
-targets: Targets, };
+targets: Targets, 
+/**
+ * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
+ * they are, whatever it says.
+ */
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Place = { 
 /**
  * See `Open`.
@@ -313,7 +384,20 @@ weights: Record<string, number>,
 /**
  * What they aim at.
  */
-targets: Targets, };
+targets: Targets, 
+/**
+ * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
+ * they are, whatever it says.
+ */
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Alternatives = { 
 /**
  * See `Open`.
@@ -342,7 +426,20 @@ weights: Record<string, number>,
 /**
  * What they aim at.
  */
-targets: Targets, };
+targets: Targets, 
+/**
+ * What light is wanted: searches stay in the boxes and above the horizon that it makes. Weights and targets are as
+ * they are, whatever it says.
+ */
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, };
 export type Preset = { 
 /**
  * See `Open`.
@@ -369,7 +466,24 @@ to: Camera,
  * The lights.
  */
 lights: Array<Light>, };
-export type Request = { "type": "open" } & Open | { "type": "draw" } & Draw | { "type": "map" } & Map | { "type": "place" } & Place | { "type": "pick" } & Pick | { "type": "search" } & Search | { "type": "alternatives" } & Alternatives | { "type": "preset" } & Preset | { "type": "follow" } & Follow;
+export type Steer = { 
+/**
+ * See `Open`.
+ */
+id: number, 
+/**
+ * What was wanted before.
+ */
+from: Intent, 
+/**
+ * What is wanted.
+ */
+to: Intent, 
+/**
+ * The lights.
+ */
+lights: Array<Light>, };
+export type Request = { "type": "open" } & Open | { "type": "draw" } & Draw | { "type": "map" } & Map | { "type": "place" } & Place | { "type": "pick" } & Pick | { "type": "search" } & Search | { "type": "alternatives" } & Alternatives | { "type": "preset" } & Preset | { "type": "follow" } & Follow | { "type": "steer" } & Steer;
 export type Fineness = 0 | 1 | 2;
 export type NamedCamera = { 
 /**
@@ -401,6 +515,10 @@ center: [number, number, number],
  * The largest distance of a vertex from it, world units.
  */
 radius: number, 
+/**
+ * The names of its objects, each once; of very many none.
+ */
+objects: Array<string>, 
 /**
  * The file's cameras.
  */
@@ -438,6 +556,18 @@ weights: Record<string, number>,
  * What they aim at.
  */
 targets: Targets, 
+/**
+ * What light is wanted; weights and targets come of it.
+ */
+intent: Intent, 
+/**
+ * Names of the objects for which it is wanted most.
+ */
+focus: Array<string>, 
+/**
+ * Names of the objects that are to stay dim.
+ */
+dim: Array<string>, 
 /**
  * Name of the optimiser.
  */
@@ -583,9 +713,13 @@ rows: number,
  */
 values: Array<number | null>, 
 /**
- * The direction of the lowest.
+ * The direction of the lowest of those in which a search may put the light.
  */
-best: [number, number, number], };
+best: [number, number, number], 
+/**
+ * Unit vector upwards, light frame, where searches may put no light below the horizon.
+ */
+up: [number, number, number] | null, };
 export type Progress = { 
 /**
  * Number of the last request of the search.
@@ -635,4 +769,21 @@ normal: [number, number, number] | null,
 /**
  * The place, light frame.
  */
-position: [number, number, number] | null, } | { "type": "progress" } & Progress | { "type": "alternative", id: number, index: number, lights: Array<Light>, score: number, } | { "type": "alternatives_done", id: number, count: number, } | { "type": "rig", id: number, lights: Array<Light>, } | { "type": "fault", id: number | null, message: string, };
+position: [number, number, number] | null, } | { "type": "progress" } & Progress | { "type": "alternative", id: number, index: number, lights: Array<Light>, score: number, } | { "type": "alternatives_done", id: number, count: number, } | { "type": "rig", id: number, lights: Array<Light>, } | { "type": "steered", 
+/**
+ * Number of the request.
+ */
+id: number, 
+/**
+ * Weights of the terms.
+ */
+weights: Record<string, number>, 
+/**
+ * What they aim at.
+ */
+targets: Targets, 
+/**
+ * Radius of each light: that of the new mood, where it has another softness than the old one and the light is
+ * searched.
+ */
+sizes: Array<number>, } | { "type": "fault", id: number | null, message: string, };

@@ -15,7 +15,7 @@ export const isSaving = signal(false);
 const FILES: { kind: Saved; title: string; text: string; suffix: string }[] = [
   { kind: "glb", title: "Lit model", text: "The model with its lights and camera, for Blender, three.js and engines.", suffix: ".lit.glb" },
   { kind: "rig", title: "Rig", text: "The lights alone as JSON, for klieg render, score and design.", suffix: ".rig.json" },
-  { kind: "session", title: "Session", text: "Model, lights, weights and targets in one file, to go on later.", suffix: ".session.glb" },
+  { kind: "session", title: "Session", text: "Model, lights and all that is wanted of them in one file, to go on later.", suffix: ".session.glb" },
 ];
 
 /** The scene's name without its ending. */

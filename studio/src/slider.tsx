@@ -10,6 +10,10 @@ export type SliderProps = {
   step: number;
   digits?: number;
   unit?: string;
+  /** The value in words, in the place of its digits and unit. */
+  words?: string;
+  /** Whether it takes multiples of `step` alone. */
+  stepped?: boolean;
   /** Whether the name is for screen readers alone. */
   bare?: boolean;
   /** Whether the value can be typed. */
@@ -26,14 +30,14 @@ const KEY_STEPS: Record<string, number> = {
 };
 
 export function Slider(props: SliderProps) {
-  const { label, value, least, most, step, digits = 2, unit = "", bare, entry, disabled, onInput, onDone } = props;
-  const text = `${value.toFixed(digits)}${unit}`;
+  const { label, value, least, most, step, digits = 2, unit = "", stepped, bare, entry, disabled, onInput, onDone } = props;
+  const text = props.words ?? `${value.toFixed(digits)}${unit}`;
   const set = (next: number) => onInput(clamp(next, least, most));
   const onKeyDown = (event: KeyboardEvent) => {
     const steps = KEY_STEPS[event.key];
     if (steps === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
-    set(value + steps * step * (event.shiftKey ? 0.2 : 1));
+    set(value + steps * step * (event.shiftKey && !stepped ? 0.2 : 1));
     onDone();
   };
   const share = (100 * (clamp(value, least, most) - least)) / (most - least);
@@ -44,7 +48,7 @@ export function Slider(props: SliderProps) {
         type="range"
         min={least}
         max={most}
-        step="any"
+        step={stepped ? step : "any"}
         value={value}
         disabled={disabled}
         aria-label={label}

@@ -5,6 +5,7 @@ import { writeBall } from "./ball.mjs";
 import * as care from "./care.mjs";
 import * as hands from "./hands.mjs";
 import * as compare from "./compare.mjs";
+import * as saying from "./saying.mjs";
 import { browse, serve } from "./support.mjs";
 import * as units from "./units.mjs";
 import * as work from "./work.mjs";
@@ -20,7 +21,7 @@ const shadowed = [...quick, "--size", "64x64"];
 const browser = await browse(chromium);
 const server = await serve(program, [model, ...small]);
 const ball = await serve(program, [await writeBall(folder), ...plain]);
-const tests = Object.entries({ ...units, ...hands, ...compare, ...work, ...care }).filter(([name]) => name.includes(wanted));
+const tests = Object.entries({ ...units, ...hands, ...compare, ...work, ...saying, ...care }).filter(([name]) => name.includes(wanted));
 let failed = 0;
 try {
   for (const [name, test] of tests) {

@@ -1,29 +1,6 @@
 // What does not show at once: accessibility, layouts, latency, memory.
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
-import { createRequire } from "node:module";
-import { atRest, calm, circle, memory, open, pause, quantile } from "./support.mjs";
-
-const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-
-/** Violations of axe-core's rules, in words. */
-async function violations(page) {
-  // The page's policy forbids scripts from elsewhere, so the rules run in a world of their own.
-  const client = await page.createCDPSession();
-  const { frameTree } = await client.send("Page.getFrameTree");
-  const { executionContextId: contextId } = await client.send("Page.createIsolatedWorld", { frameId: frameTree.frame.id });
-  await client.send("Runtime.evaluate", { expression: axe, contextId });
-  const { result } = await client.send("Runtime.evaluate", {
-    contextId,
-    awaitPromise: true,
-    returnByValue: true,
-    expression: `axe.run(document, { resultTypes: ["violations"] }).then(({ violations, passes }) => ({
-      faults: violations.map(({ id, nodes }) => id + ": " + nodes.map(({ target, failureSummary }) => target + " " + failureSummary).slice(0, 3).join("; ")),
-      passes: passes.length }))`,
-  });
-  assert.ok(result.value.passes > 15, "the rules were run");
-  return result.value.faults;
-}
+import { atRest, calm, circle, memory, open, pause, quantile, violations } from "./support.mjs";
 
 export async function axeFindsNothing({ browser, server }) {
   const { page } = await open(browser, server.address);

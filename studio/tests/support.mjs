@@ -1,6 +1,10 @@
 // What the browser's tests share: klieg's server, a page, and how to look at it.
+import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
+import { readdir, readFile } from "node:fs/promises";
+import { createRequire } from "node:module";
+import { join } from "node:path";
 import puppeteer from "puppeteer-core";
 
 export const WAIT = 90_000;
@@ -135,4 +139,34 @@ export async function memory(client) {
   await client.send("HeapProfiler.collectGarbage");
   const { usedSize, backingStorageSize = 0 } = await client.send("Runtime.getHeapUsage");
   return (usedSize + backingStorageSize) / 1e6;
+}
+
+/** The name of the file that is new and complete in a folder. */
+export async function arrived(folder, known) {
+  for (const end = Date.now() + WAIT; Date.now() < end; await pause(30)) {
+    const names = (await readdir(folder)).filter((name) => !name.endsWith(".crdownload") && !known.includes(join(folder, name)));
+    if (names.length > 0) return names[0];
+  }
+  throw new Error("no file was saved");
+}
+
+const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** Violations of axe-core's rules, in words. */
+export async function violations(page) {
+  // The page's policy forbids scripts from elsewhere, so the rules run in a world of their own.
+  const client = await page.createCDPSession();
+  const { frameTree } = await client.send("Page.getFrameTree");
+  const { executionContextId: contextId } = await client.send("Page.createIsolatedWorld", { frameId: frameTree.frame.id });
+  await client.send("Runtime.evaluate", { expression: axe, contextId });
+  const { result } = await client.send("Runtime.evaluate", {
+    contextId,
+    awaitPromise: true,
+    returnByValue: true,
+    expression: `axe.run(document, { resultTypes: ["violations"] }).then(({ violations, passes }) => ({
+      faults: violations.map(({ id, nodes }) => id + ": " + nodes.map(({ target, failureSummary }) => target + " " + failureSummary).slice(0, 3).join("; ")),
+      passes: passes.length }))`,
+  });
+  assert.ok(result.value.passes > 15, "the rules were run");
+  return result.value.faults;
 }

@@ -1,8 +1,8 @@
 // The search, files, several tabs, and a server that goes and comes.
 import assert from "node:assert/strict";
-import { mkdir, readdir, readFile, rm } from "node:fs/promises";
+import { mkdir, readFile, rm } from "node:fs/promises";
 import { join } from "node:path";
-import { ALIKE, atRest, calm, difference, directions, drag, middle, open, pause, picture, score, serve, WAIT } from "./support.mjs";
+import { ALIKE, arrived, atRest, calm, difference, directions, drag, middle, open, pause, picture, score, serve, WAIT } from "./support.mjs";
 
 const state = (page) => page.$eval("[data-search]", (element) => element.dataset.search);
 
@@ -72,15 +72,6 @@ export async function aSessionIsSavedAndOpenedAgain({ browser, server, folder })
   assert.ok(difference(await picture(page), before[2]) < ALIKE);
   assert.deepEqual(errors, []);
   await page.close();
-}
-
-/** The name of the file that is new and complete in a folder. */
-async function arrived(folder, known) {
-  for (const end = Date.now() + WAIT; Date.now() < end; await pause(30)) {
-    const names = (await readdir(folder)).filter((name) => !name.endsWith(".crdownload") && !known.includes(join(folder, name)));
-    if (names.length > 0) return names[0];
-  }
-  throw new Error("no file was saved");
 }
 
 export async function aFileThatIsNoModelIsRefusedInWords({ browser, server, folder }) {

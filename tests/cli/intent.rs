@@ -318,9 +318,6 @@ fn objects_stay_dim_beside_others_that_are_lit() {
         assert!(text.contains(said), "{text}");
     }
     design("both", &["--dim", "amphora", "--focus", "elephant"]).success();
-    let studio = place.klieg(&["studio", "--no-open", "--dim", "amphora"]).assert().code(2);
-    let text = String::from_utf8_lossy(&studio.get_output().stderr).into_owned();
-    assert!(text.contains("--focus and --dim are for"), "{text}");
 }
 
 /// Mean encoded brightness of a square of the picture.

@@ -205,6 +205,9 @@ pub fn look(opened: &Value) -> Value {
         "lights": defaults["lights"],
         "weights": defaults["weights"],
         "targets": defaults["targets"],
+        "intent": defaults["intent"],
+        "focus": defaults["focus"],
+        "dim": defaults["dim"],
     })
 }
 

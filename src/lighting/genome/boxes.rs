@@ -44,6 +44,13 @@ const fn cone() -> Range {
     Range::new(10.0, 60.0)
 }
 
+impl RoleBox {
+    /// Radius of a light that covers [`softness`](Self::softness), at the distance 1.
+    pub fn size(&self) -> f32 {
+        (0.5 * self.softness.to_radians()).tan()
+    }
+}
+
 /// The box of each role. By default they are the paper's: the numbers are our reconstruction, save the key's
 /// quarter sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
