@@ -108,6 +108,10 @@ function Mark({ label, at, value, most, of, set, ...more }: MarkProps) {
 
 const percent = (share: number | undefined) => (share === undefined ? "–" : `${(100 * share).toFixed(1)} %`);
 
+/** What the mean is aimed at where no number is given, with steps of brightness. */
+const ofScene = (stops: number) =>
+  stops === 0 ? ", as the scene's colours" : `, ${stops > 0 ? "brighter" : "darker"} than the scene's colours`;
+
 export function Targets() {
   const canvas = useRef<HTMLCanvasElement>(null);
   const image = pictures.main.value?.image;
@@ -144,7 +148,7 @@ export function Targets() {
       </div>
       <p class="note">
         mean <b>{measured?.mean.toFixed(2) ?? "–"}</b>, aimed at <b>{aimed.toFixed(2)}</b>
-        {targets.mean === null ? ", as the scene's colours" : " "}
+        {targets.mean === null ? ofScene(targets.stops) : " "}
         {targets.mean !== null && (
           <button
             type="button"
