@@ -1,5 +1,5 @@
 // Drives the page of a built klieg in headless Chromium: node all.mjs CHROMIUM KLIEG MODEL FOLDER [NAME]
-// MODEL is any model, FOLDER where screenshots and downloads go, NAME a part of the tests' names.
+// MODEL is a model beside scenes/pair.glb, FOLDER where screenshots and downloads go, NAME a part of the tests' names.
 import { writeFile } from "node:fs/promises";
 import { writeBall } from "./ball.mjs";
 import * as care from "./care.mjs";

@@ -1,8 +1,7 @@
 // What light is wanted, said on the page.
 import assert from "node:assert/strict";
 import { mkdir, rm } from "node:fs/promises";
-import { join } from "node:path";
-import { fileURLToPath } from "node:url";
+import { dirname, join } from "node:path";
 import { arrived, atRest, calm, open, picture, score, serve, violations, WAIT } from "./support.mjs";
 
 const label = (page) => page.$eval(".steps [aria-current] span", (step) => step.textContent);
@@ -122,8 +121,8 @@ export async function thePageBeginsWithWhatTheCommandLineWants({ browser, progra
   }
 }
 
-export async function anObjectIsLitBeforeAllOthersAndAnotherStaysDim({ browser, program, shadowed }) {
-  const pair = fileURLToPath(new URL("../../scenes/pair.glb", import.meta.url));
+export async function anObjectIsLitBeforeAllOthersAndAnotherStaysDim({ browser, program, model, shadowed }) {
+  const pair = join(dirname(model), "pair.glb");
   const server = await serve(program, [pair, ...shadowed, "--focus", "amphora"]);
   const { page, errors } = await open(browser, server.address);
   try {
