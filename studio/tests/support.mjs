@@ -154,6 +154,14 @@ const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.
 
 /** Violations of axe-core's rules, in words. */
 export async function violations(page) {
+  // Colours on their way from one scheme to the other have no contrast yet.
+  await page.evaluate(async () => {
+    const frame = () => new Promise(requestAnimationFrame);
+    await frame();
+    await frame();
+    const ends = (animation) => animation.effect.getComputedTiming().endTime < Infinity;
+    await Promise.allSettled(document.getAnimations().filter(ends).map(({ finished }) => finished));
+  });
   // The page's policy forbids scripts from elsewhere, so the rules run in a world of their own.
   const client = await page.createCDPSession();
   const { frameTree } = await client.send("Page.getFrameTree");
