@@ -167,6 +167,14 @@ pub fn up(view: &View) -> Vec3 {
 /// Moves the mean brightness aimed at, and lets it weigh more.
 fn brighten(objective: &mut Objective, stops: f32) -> Result<()> {
     objective.mean_stops = (objective.mean_stops + stops).clamp(-4.0, 4.0);
+    insist_on_mean(objective)
+}
+
+/// Has the mean brightness weigh so much that no other term outvotes it.
+///
+/// # Errors
+/// [`crate::Error::Argument`] for an objective without room for the term `mean`.
+pub fn insist_on_mean(objective: &mut Objective) -> Result<()> {
     let weight = objective.weights.get("mean").unwrap_or(0.0).max(MEAN_WEIGHT);
     objective.weights.set(Term::named("mean")?, weight)
 }

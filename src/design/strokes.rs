@@ -25,8 +25,6 @@ pub struct Strokes {
     highlights: Vec<Vec<usize>>,
     /// Pixels of all shadows' strokes.
     shadows: Vec<usize>,
-    /// Pixels of the object around these, about as many.
-    around: Vec<usize>,
 }
 
 impl Strokes {
@@ -60,11 +58,7 @@ impl Strokes {
         if bright.is_empty() && shadows.is_empty() {
             return Err(Error::Argument("there is no stroke on the object".into()));
         }
-        let highlights = connected(&bright, width as usize, maps.types.len());
-        let object: Vec<bool> =
-            maps.types.iter().map(|&kind| kind != PixelType::Background).collect();
-        let around = around(&shadows, &object, width as usize);
-        Ok(Self { highlights, shadows, around })
+        Ok(Self { highlights: connected(&bright, width as usize, maps.types.len()), shadows })
     }
 
     /// Whether any shadow is drawn.
@@ -73,11 +67,9 @@ impl Strokes {
     }
 
     /// The target picture of the shadows, of so many pixels, as [`Maps::set_target`] takes it; none where none is drawn.
-    /// They are black, and what lies around them has the brightness `lit`, without which darkness everywhere would do.
-    pub fn target(&self, pixels: usize, lit: f32) -> Option<Vec<f32>> {
+    pub fn target(&self, pixels: usize) -> Option<Vec<f32>> {
         let mut target = vec![-1.0; pixels];
         self.shadows.iter().for_each(|&at| target[at] = 0.0);
-        self.around.iter().for_each(|&at| target[at] = lit);
         self.has_shadows().then_some(target)
     }
 
@@ -109,33 +101,6 @@ impl Strokes {
     }
 }
 
-/// The pixels of a picture so wide that lie around some others, corners included, ring by ring until there are as many; only
-/// those that are `allowed`.
-fn around(pixels: &[usize], allowed: &[bool], width: usize) -> Vec<usize> {
-    let mut free = allowed.to_vec();
-    pixels.iter().for_each(|&at| free[at] = false);
-    let (mut ring, mut all) = (pixels.to_vec(), Vec::new());
-    while all.len() < pixels.len() && !ring.is_empty() {
-        let mut next = Vec::new();
-        for at in ring {
-            next.extend(
-                neighbours(at, width, free.len()).filter(|&other| std::mem::take(&mut free[other])),
-            );
-        }
-        all.extend_from_slice(&next);
-        ring = next;
-    }
-    all
-}
-
-/// A pixel of a picture so wide, and those that touch it, corners included.
-fn neighbours(at: usize, width: usize, count: usize) -> impl Iterator<Item = usize> {
-    let (x, y) = (at % width, at / width);
-    let rows = y.saturating_sub(1)..=(y + 1).min(count / width - 1);
-    let columns = x.saturating_sub(1)..=(x + 1).min(width - 1);
-    rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
-}
-
 /// The light where its highlight lies in the middle of a stroke: in the direction that mirrors the viewer's, from there.
 fn placed(light: &Light, stroke: &[usize], maps: &Maps, view: &View) -> Light {
     let mean = |of: &[[f32; 3]]| {
@@ -159,9 +124,15 @@ fn connected(pixels: &[usize], width: usize, count: usize) -> Vec<Vec<usize>> {
         let (mut part, mut next) = (vec![first], 0);
         while let Some(&at) = part.get(next) {
             next += 1;
-            part.extend(
-                neighbours(at, width, count).filter(|&other| std::mem::take(&mut waiting[other])),
-            );
+            let (x, y) = (at % width, at / width);
+            for row in y.saturating_sub(1)..=(y + 1).min(count / width - 1) {
+                for column in x.saturating_sub(1)..=(x + 1).min(width - 1) {
+                    let other = row * width + column;
+                    if std::mem::take(&mut waiting[other]) {
+                        part.push(other);
+                    }
+                }
+            }
         }
         parts.push(part);
     }
@@ -290,17 +261,9 @@ mod tests {
         assert!(large.len() > small.len() && strokes.shadows.len() > 8);
         let middle = (last[1] * SIDE + last[0]) as usize;
         assert!(large.contains(&middle));
-        let target = strokes.target(maps.types.len(), 0.5).unwrap();
-        let of = |wanted: f32| target.iter().filter(move |&&t| t == wanted).count();
-        let shadows = strokes.shadows.len();
-        assert_eq!(of(0.0), shadows);
-        assert!((shadows..3 * shadows).contains(&of(0.5)), "{} around {shadows}", of(0.5));
-        assert_eq!(of(0.0) + of(0.5) + of(-1.0), target.len());
-        let apart = |at: usize| {
-            let [x, y] = places[places.len() / 2];
-            (at as f32 % SIDE as f32 - x as f32).hypot((at as u32 / SIDE) as f32 - y as f32)
-        };
-        assert!(strokes.around.iter().all(|&at| apart(at) < 6.0));
+        let target = strokes.target(maps.types.len()).unwrap();
+        assert_eq!(target.iter().filter(|&&t| t == 0.0).count(), strokes.shadows.len());
+        assert!(target.iter().all(|&t| t == 0.0 || t == -1.0));
 
         let one = Genome::new(&[Role::Key], LightKind::POINT, &Boxes::default()).unwrap();
         let fault = strokes.hold(one, &maps, &view).unwrap_err();
@@ -318,6 +281,6 @@ mod tests {
         let coarse = TextureLevel { width: 2, height: 2, texels: vec![[255; 4]; 4] };
         let strokes = Strokes::of(&coarse, &maps).unwrap();
         assert_eq!(strokes.highlights[0].len(), maps.counts.object() as usize);
-        assert_eq!(strokes.target(maps.types.len(), 0.5), None);
+        assert_eq!(strokes.target(maps.types.len()), None);
     }
 }

@@ -10,7 +10,6 @@ use crate::evaluate::Evaluator;
 use crate::gpu::{GpuEvaluator, PipelineKind};
 use crate::lighting::{Light, Stand};
 use crate::objective::maps::{Maps, ViewStatistics};
-
 use crate::objective::{Objective, Quality, Statistics};
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;

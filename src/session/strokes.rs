@@ -4,6 +4,7 @@ use super::Session;
 use super::config::Settings;
 use super::device::Opened;
 use super::engine::{Engine, evaluator_of};
+use crate::design::intent::insist_on_mean;
 use crate::design::strokes::{SHADOW_WEIGHT, Strokes};
 use crate::lighting::genome::Genome;
 use crate::objective::maps::Maps;
@@ -47,6 +48,8 @@ impl Session {
         let strokes = Strokes::of(&picture, self.evaluator.maps()?).map_err(fault)?;
         if strokes.has_shadows() {
             weigh_target(&mut self.settings.objective, SHADOW_WEIGHT)?;
+            // Without that, darkness everywhere would do for a shadow.
+            insist_on_mean(&mut self.settings.objective)?;
         }
         let seen = (&self.device, &self.view);
         if let Some(marked) = marked(&mut self.evaluator, &strokes, seen, &self.settings)? {
@@ -85,8 +88,7 @@ pub(super) fn marked(
     settings: &Settings,
 ) -> Checked<Option<Engine>> {
     let maps = evaluator.maps()?;
-    let lit = settings.objective.mean_of(&maps.statistics());
-    let Some(target) = strokes.target(maps.types.len(), lit) else { return Ok(None) };
+    let Some(target) = strokes.target(maps.types.len()) else { return Ok(None) };
     let mut maps = maps.clone();
     maps.set_target(target)?;
     Ok(Some(evaluator_of(device, (maps, view), settings)?))

@@ -347,10 +347,10 @@ fn shadows_and_highlights_lie_where_they_are_drawn() {
     assert_eq!(result["strokes"], true);
     assert_eq!(result["objective"]["weights"]["target"], 1.0);
     let [free, dark] = ["free", "dark"].map(|out| brightness(&place, out, at, side));
-    assert!(dark + 15.0 < free, "{dark} {free}");
+    assert!(dark < 70.0 && dark + 60.0 < free, "{dark} {free}");
     // Darkness everywhere is no shadow.
     let [all, left] = ["free", "dark"].map(|out| brightness(&place, out, [0, 0], 96));
-    assert!(left > 0.7 * all, "{left} {all}");
+    assert!(left > 0.5 * all, "{left} {all}");
 
     let light = stroke("light.png", 255);
     let light = light.to_str().unwrap();
