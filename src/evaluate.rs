@@ -40,6 +40,9 @@ impl Inspection {
     }
 }
 
+/// Waits for what a device measures of a population, and gives `F` of every rig as [`Evaluator::evaluate`] does.
+pub type Pending<'a> = Box<dyn FnOnce(&mut [f32]) -> Result<()> + 'a>;
+
 /// Measures populations of rigs against one view of one scene.
 pub trait Evaluator {
     /// What computes.
@@ -51,6 +54,16 @@ pub trait Evaluator {
     /// [`crate::Error::Argument`] unless `scores` has one place for each rig, and
     /// [device errors](crate::Error::is_device).
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()>;
+
+    /// Begins what [`Evaluator::evaluate`] does and returns what ends it. Where a device works beside its host, it does so
+    /// in between: several evaluators that are all begun before the first is ended let it work without a pause. An
+    /// evaluator that has no such device measures at the end.
+    ///
+    /// # Errors
+    /// As [`Evaluator::evaluate`], of what is begun; the end has those of the rest.
+    fn begin<'a>(&'a mut self, population: &'a Population) -> Result<Pending<'a>> {
+        Ok(Box::new(|scores| self.evaluate(population, scores)))
+    }
 
     /// `F` and the terms of every rig, in order. `F` has the bits that [`Evaluator::evaluate`] gives.
     ///
@@ -69,6 +82,16 @@ pub trait Evaluator {
     /// # Errors
     /// [Device errors](crate::Error::is_device).
     fn maps(&mut self) -> Result<&Maps>;
+}
+
+/// # Errors
+/// [`Error::Argument`] unless there is one place for the score of each rig.
+pub(crate) fn check_places(population: &Population, scores: &[f32]) -> Result<()> {
+    let (rigs, places) = (population.len(), scores.len());
+    match rigs == places {
+        true => Ok(()),
+        false => Err(Error::Argument(format!("{places} places for the scores of {rigs} rigs"))),
+    }
 }
 
 /// # Errors

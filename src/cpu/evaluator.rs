@@ -7,13 +7,13 @@
 use super::bands::{Bands, Part, Shade};
 use super::compact::Band;
 use super::kernels::Tile;
-use crate::evaluate::{DeviceInfo, Evaluator, Inspection, check_scores};
+use crate::evaluate::{DeviceInfo, Evaluator, Inspection, check_places, check_scores};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population};
 use crate::objective::maps::{Maps, ViewStatistics};
 use crate::objective::{Objective, Quality};
 use crate::scene::view::View;
-use crate::{Error, Result};
+use crate::Result;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
@@ -117,10 +117,7 @@ impl Evaluator for CpuEvaluator {
     }
 
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
-        let rigs = population.len();
-        if scores.len() != rigs {
-            return Err(Error::Argument(format!("{} places for {rigs} scores", scores.len())));
-        }
+        check_places(population, scores)?;
         let mut places = scores.iter_mut();
         self.measure_all(population, |quality| {
             places.next().into_iter().for_each(|place| *place = quality.score);

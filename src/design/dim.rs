@@ -75,9 +75,10 @@ impl<E: DerefMut<Target = dyn Evaluator>> Evaluator for Dimmed<E> {
     }
 
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
-        self.lit.evaluate(population, scores)?;
         self.scores.resize(scores.len(), 0.0);
-        self.dim.evaluate(population, &mut self.scores)?;
+        let [lit, dim] = [self.lit.begin(population)?, self.dim.begin(population)?];
+        lit(scores)?;
+        dim(&mut self.scores)?;
         scores.iter_mut().zip(&self.scores).for_each(|(score, dim)| *score += dim);
         Ok(())
     }

@@ -59,9 +59,10 @@ impl<E: DerefMut<Target = dyn Evaluator>> Evaluator for Focused<E> {
     }
 
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
-        self.whole.evaluate(population, scores)?;
         self.scores.resize(scores.len(), 0.0);
-        self.part.evaluate(population, &mut self.scores)?;
+        let [whole, part] = [self.whole.begin(population)?, self.part.begin(population)?];
+        whole(scores)?;
+        part(&mut self.scores)?;
         scores.iter_mut().zip(&self.scores).for_each(|(score, &part)| *score = mean(*score, part));
         Ok(())
     }

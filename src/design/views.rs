@@ -7,6 +7,7 @@ use crate::objective::maps::Maps;
 use crate::objective::{Quality, Term};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::ops::DerefMut;
 use std::str::FromStr;
 
@@ -94,11 +95,14 @@ impl<E> Views<E> {
 
 /// A population of the first view's light frame in another one's: all lights stand in the world, or the last `fixed` of each
 /// rig alone.
-fn turned(
-    population: &Population,
+fn turned<'a>(
+    population: &'a Population,
     change: &Change,
     (stand, fixed): (Stand, usize),
-) -> Result<Population> {
+) -> Result<Cow<'a, Population>> {
+    if *change == Change::NONE {
+        return Ok(Cow::Borrowed(population));
+    }
     let lights = population.lights();
     let free = match stand {
         Stand::World => 0,
@@ -109,7 +113,7 @@ fn turned(
         false => light.moved(change),
     };
     let records = population.records().iter().enumerate().map(light).collect();
-    Population::of_records(lights, records)
+    Population::of_records(lights, records).map(Cow::Owned)
 }
 
 /// The lights of a rig that is told in the light frame `first` as they stand in that of another view; [`Role::Scene`]
@@ -134,9 +138,8 @@ impl<E: DerefMut<Target = dyn Evaluator>> Views<E> {
         stand: (Stand, usize),
         judge: &mut dyn FnMut(&mut dyn Evaluator, &Population) -> Result<()>,
     ) -> Result<()> {
-        self.views.iter_mut().try_for_each(|(evaluator, change)| match *change == Change::NONE {
-            true => judge(&mut **evaluator, population),
-            false => judge(&mut **evaluator, &turned(population, change, stand)?),
+        self.views.iter_mut().try_for_each(|(evaluator, change)| {
+            judge(&mut **evaluator, &*turned(population, change, stand)?)
         })
     }
 
@@ -162,24 +165,23 @@ impl<E: DerefMut<Target = dyn Evaluator>> Evaluator for Views<E> {
     }
 
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
-        let (over, count) = (self.over, self.views.len() as f32);
-        let mut of_view = std::mem::take(&mut self.scores);
-        of_view.resize(scores.len(), 0.0);
-        let mut first = true;
-        let judged =
-            self.each(population, (self.stand, self.fixed), &mut |evaluator, population| {
-                if std::mem::take(&mut first) {
-                    return evaluator.evaluate(population, scores);
-                }
-                evaluator.evaluate(population, &mut of_view)?;
-                scores.iter_mut().zip(&of_view).for_each(|(score, &other)| match over {
-                    Over::Mean => *score += other,
-                    Over::Worst => *score = score.max(other),
-                });
-                Ok(())
+        let (over, stand) = (self.over, (self.stand, self.fixed));
+        let count = self.views.len() as f32;
+        let of_view = |(_, change): &(E, Change)| turned(population, change, stand);
+        let populations = self.views.iter().map(of_view).collect::<Result<Vec<_>>>()?;
+        // The device works on all views before the first one's scores are waited for.
+        let begun = self.views.iter_mut().zip(&populations);
+        let begun = begun.map(|((evaluator, _), population)| evaluator.begin(population));
+        let mut begun = begun.collect::<Result<Vec<_>>>()?.into_iter();
+        begun.next().map_or(Ok(()), |first| first(scores))?;
+        self.scores.resize(scores.len(), 0.0);
+        for other in begun {
+            other(&mut self.scores)?;
+            scores.iter_mut().zip(&self.scores).for_each(|(score, &other)| match over {
+                Over::Mean => *score += other,
+                Over::Worst => *score = score.max(other),
             });
-        self.scores = of_view;
-        judged?;
+        }
         if over == Over::Mean {
             scores.iter_mut().for_each(|score| *score /= count);
         }

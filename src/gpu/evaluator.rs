@@ -68,9 +68,10 @@ pub mod plan;
 /// # Ok::<(), klieg::Error>(())
 /// ```
 pub struct GpuEvaluator {
-    generation: Option<GenerationMemory>,
-    recorded: Option<(u32, RigKind)>,
+    /// Before the memory that they use: what is dropped waits for their end.
     commands: Vec<Commands>,
+    recorded: Option<(u32, RigKind)>,
+    generation: Option<GenerationMemory>,
     fitness: Fitness,
     measure: Box<dyn Measure + Send>,
     pipeline: PipelineKind,
@@ -220,9 +221,9 @@ impl GpuEvaluator {
         (drawn, maps): (Option<Drawn>, Option<Maps>),
     ) -> Result<Self> {
         Ok(Self {
-            generation: None,
-            recorded: None,
             commands: Vec::new(),
+            recorded: None,
+            generation: None,
             fitness: Fitness::new(context, &view, &*measure)?,
             measure,
             pipeline,
@@ -365,13 +366,15 @@ impl GpuEvaluator {
         RigKind { lights: population.lights(), near }
     }
 
-    /// Makes memory and pipelines, unless they are there.
+    /// Makes memory and pipelines, unless they are there, once nothing is under way.
     ///
     /// # Errors
     /// [`Error::Unsupported`] for lights within a scene that is more than the device can trace rays in, and
     /// what makes memory and pipelines reports.
     fn prepare(&mut self, individuals: u32, rigs: RigKind) -> Result<()> {
         self.context.check_present()?;
+        // What was begun and never ended may still use the memory.
+        self.commands.iter_mut().try_for_each(Commands::finish)?;
         if rigs.near && !self.view.shadows.is_traceable() {
             return Err(untraceable(&self.context));
         }

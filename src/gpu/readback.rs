@@ -13,7 +13,7 @@ use super::vulkan::memory::{Access, Buffer};
 use super::vulkan::pipeline::RigKind;
 use super::vulkan::timer::StageTimer;
 use crate::cpu::fitness;
-use crate::evaluate::{DeviceInfo, Evaluator, Inspection};
+use crate::evaluate::{DeviceInfo, Evaluator, Inspection, check_places};
 use crate::lighting::shading::{Brdf, Shading};
 use crate::lighting::{Light, LightRecord, MAX_LIGHTS, Population};
 use crate::objective::maps::Maps;
@@ -169,10 +169,7 @@ impl Evaluator for ReadbackEvaluator {
 
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
         self.context.check_present()?;
-        let rigs = population.len();
-        if scores.len() != rigs {
-            return Err(Error::Argument(format!("{} places for {rigs} scores", scores.len())));
-        }
+        check_places(population, scores)?;
         self.timings.clear();
         check_plain(population)?;
         for (rig, score) in population.rigs().zip(scores) {

@@ -1,8 +1,13 @@
 use super::*;
+use crate::design::focus::FOCUS_SHARE;
 use crate::design::testing::{Hills, genome, height};
+use crate::design::{Dimmed, Focused};
+use crate::evaluate::Pending;
 use crate::lighting::LightKind;
 use crate::math::range::Range;
 use glam::DVec3;
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// A frame that looks from an azimuth, at a place.
 fn frame(azimuth: f64, center: DVec3, radius: f64) -> Frame {
@@ -105,6 +110,58 @@ fn scene_lights_stand_in_the_world_for_pictures_too() {
     assert!(records[1].position != rig[1].record().position);
     let still = in_view(&rig, Stand::World, &from, &from);
     assert_eq!(still, rig.map(|light| light.record()));
+}
+
+/// Tells when it begins and when it ends.
+struct Told {
+    name: char,
+    story: Rc<RefCell<String>>,
+}
+
+impl Evaluator for Told {
+    fn device(&self) -> &DeviceInfo {
+        unreachable!("scores alone are asked for")
+    }
+    fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
+        self.begin(population)?(scores)
+    }
+    fn begin<'a>(&'a mut self, _: &'a Population) -> Result<Pending<'a>> {
+        self.story.borrow_mut().push(self.name);
+        Ok(Box::new(|scores| {
+            self.story.borrow_mut().push(self.name.to_ascii_uppercase());
+            scores.fill(f32::from(self.name as u8 - b'a'));
+            Ok(())
+        }))
+    }
+    fn qualities(&mut self, _: &Population) -> Result<Vec<Quality>> {
+        unreachable!("scores alone are asked for")
+    }
+    fn inspect(&mut self, _: &[Light]) -> Result<Inspection> {
+        unreachable!("scores alone are asked for")
+    }
+    fn maps(&mut self) -> Result<&Maps> {
+        unreachable!("scores alone are asked for")
+    }
+}
+
+#[test]
+fn all_views_begin_before_the_first_is_waited_for() {
+    let story = Rc::new(RefCell::new(String::new()));
+    let one =
+        |name: char| -> Box<dyn Evaluator> { Box::new(Told { name, story: Rc::clone(&story) }) };
+    let view = |name| (one(name), frame(0.0, DVec3::ZERO, 1.0));
+    let views = ['a', 'b', 'c'].map(view).into();
+    let mut views = Views::new(views, Stand::World, Over::Mean, 0).unwrap();
+    assert_eq!(scores(&mut views), [1.0, 1.0]);
+    assert_eq!(story.take(), "abcABC");
+    let rigs = rigs();
+    let population = Population::of(rigs.iter().map(Vec::as_slice)).unwrap();
+    let mut found = [0.0; 2];
+    Focused::new(one('a'), one('b')).evaluate(&population, &mut found).unwrap();
+    assert_eq!(found, [FOCUS_SHARE; 2]);
+    Dimmed::new(one('c'), one('a'), one('b')).evaluate(&population, &mut found).unwrap();
+    assert_eq!(found, [1.0; 2]);
+    assert_eq!(story.take(), "abABabAB");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Lights in, scores out.
 
 use super::{GpuEvaluator, Source, Views, measure, no_color};
-use crate::evaluate::{DeviceInfo, Evaluator, Inspection, check_scores};
+use crate::evaluate::{DeviceInfo, Evaluator, Inspection, Pending, check_places, check_scores};
 use crate::gpu::layout::Detail;
 use crate::gpu::measure::generation::{GenerationMemory, Measure};
 use crate::gpu::view::memory::ViewMemory;
@@ -36,8 +36,8 @@ impl GpuEvaluator {
         self.in_color.as_deref_mut().ok_or_else(no_color)
     }
 
-    /// `F` of every rig, by this evaluator itself.
-    fn evaluate_here(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
+    /// Lets the device measure every rig, by this evaluator itself.
+    fn start(&mut self, population: &Population) -> Result<()> {
         let individuals = u32::try_from(population.len())
             .map_err(|_| Error::Argument(format!("{} individuals", population.len())))?;
         let plan = (individuals, self.rig_kind(population));
@@ -50,7 +50,13 @@ impl GpuEvaluator {
             self.recorded = Some(plan);
         }
         generation.lights.write(population.records())?;
-        self.commands.iter_mut().try_for_each(Commands::run)?;
+        self.commands.iter_mut().try_for_each(Commands::start)
+    }
+
+    /// `F` of every rig of the population that was started.
+    fn finish(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
+        self.commands.iter_mut().try_for_each(Commands::finish)?;
+        let generation = self.generation.as_mut().expect("made by `start`");
         generation.scores.read(scores)?;
         generation.timer.read()?;
         if !self.view.objective.is_own() {
@@ -59,6 +65,12 @@ impl GpuEvaluator {
             scores.iter_mut().zip(qualities).for_each(|(score, judged)| *score = judged.score);
         }
         check_scores(population, scores)
+    }
+
+    /// `F` of every rig, by this evaluator itself.
+    fn evaluate_here(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
+        self.start(population)?;
+        self.finish(population, scores)
     }
 
     /// Statistics of the first `count` individuals of the last evaluation.
@@ -76,17 +88,21 @@ impl Evaluator for GpuEvaluator {
 
     fn evaluate(&mut self, population: &Population, scores: &mut [f32]) -> Result<()> {
         self.context.check_present()?;
-        if scores.len() != population.len() {
-            return Err(Error::Argument(format!(
-                "{} places for the scores of {} rigs",
-                scores.len(),
-                population.len()
-            )));
-        }
+        check_places(population, scores)?;
+        self.begin(population)?(scores)
+    }
+
+    fn begin<'a>(&'a mut self, population: &'a Population) -> Result<Pending<'a>> {
+        self.context.check_present()?;
         if population.is_empty() {
-            return Ok(());
+            return Ok(Box::new(|scores| check_places(population, scores)));
         }
-        self.for_lights(population)?.evaluate_here(population, scores)
+        let evaluator = self.for_lights(population)?;
+        evaluator.start(population)?;
+        Ok(Box::new(|scores| {
+            check_places(population, scores)?;
+            evaluator.finish(population, scores)
+        }))
     }
 
     fn qualities(&mut self, population: &Population) -> Result<Vec<Quality>> {

@@ -38,8 +38,7 @@ fn large_populations_are_submitted_in_parts_with_the_same_bits() {
         let (objective, shading) = (Objective::default(), Shading::default());
         let mut evaluator =
             GpuEvaluator::with_maps(&context, &maps, &view, objective, shading).unwrap();
-        let light = |i: u8| Light { azimuth: f32::from(i), ..Preset::Headlight.rig()[0] };
-        let rigs: Vec<_> = (0..37).map(|i| [light(i), light(2 * i)]).collect();
+        let rigs = rigs(37);
         let population = Population::of(rigs.iter().map(<[Light; 2]>::as_slice)).unwrap();
         let mut measured = |work: Option<u64>| {
             let mut scores = vec![0.0; rigs.len()];
@@ -62,4 +61,39 @@ fn large_populations_are_submitted_in_parts_with_the_same_bits() {
         assert_eq!(evaluator.timings().len(), stages, "{:?}", evaluator.timings());
         testing::assert_valid(&context);
     }
+}
+
+/// So many rigs of two lights.
+fn rigs(number: u8) -> Vec<[Light; 2]> {
+    let light = |i: u8| Light { azimuth: f32::from(i), ..Preset::Headlight.rig()[0] };
+    (0..number).map(|i| [light(i), light(2 * i + 1)]).collect()
+}
+
+#[test]
+fn evaluations_that_were_begun_end_in_any_order_or_never() {
+    let (maps, view) = testing::maps(20, 10);
+    let context = testing::context();
+    let (objective, shading) = (Objective::default(), Shading::default());
+    let evaluator = || GpuEvaluator::with_maps(&context, &maps, &view, objective, shading).unwrap();
+    let all = rigs(9);
+    let few = Population::of(all[..2].iter().map(<[Light; 2]>::as_slice)).unwrap();
+    let many = Population::of(all.iter().map(<[Light; 2]>::as_slice)).unwrap();
+    let (mut first, mut second) = (evaluator(), evaluator());
+    let mut expected = [0.0; 9];
+    first.evaluate(&many, &mut expected).unwrap();
+    let mut found = [[0.0; 9], [0.0; 9]];
+    let [of_first, of_second] = [first.begin(&many).unwrap(), second.begin(&many).unwrap()];
+    of_second(&mut found[1]).unwrap();
+    of_first(&mut found[0]).unwrap();
+    assert_eq!(found, [expected; 2]);
+    // What nobody waits for neither spoils what follows, though that takes more memory, nor outlives its evaluator.
+    let mut third = evaluator();
+    drop(third.begin(&few).unwrap());
+    third.evaluate(&many, &mut found[0]).unwrap();
+    assert_eq!(found[0], expected);
+    drop(third.begin(&few).unwrap());
+    drop(third);
+    let places = first.begin(&many).unwrap()(&mut found[0][..2]).unwrap_err();
+    assert_eq!(places.to_string(), "2 places for the scores of 9 rigs");
+    testing::assert_valid(&context);
 }

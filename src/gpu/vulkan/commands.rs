@@ -21,6 +21,8 @@ pub struct Commands {
     pool: vk::CommandPool,
     fence: vk::Fence,
     raw: vk::CommandBuffer,
+    /// Whether a run was started whose end nobody has waited for.
+    started: bool,
     context: Arc<Context>,
 }
 
@@ -35,6 +37,7 @@ impl Commands {
             pool: vk::CommandPool::null(),
             fence: vk::Fence::null(),
             raw: vk::CommandBuffer::null(),
+            started: false,
             context: Arc::clone(context),
         };
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family());
@@ -60,11 +63,12 @@ impl Commands {
     /// # Errors
     /// [`crate::Error::Vulkan`], and what `body` returns.
     pub fn record(&mut self, body: impl FnOnce(vk::CommandBuffer) -> Result<()>) -> Result<()> {
+        self.finish()?;
         let device = self.context.device()?;
         if self.context.is_dry() {
             return Ok(());
         }
-        // SAFETY: `run` waits for the end, so the command buffer is not in use.
+        // SAFETY: the end of the last run was waited for, so the command buffer is not in use.
         unsafe {
             device
                 .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
@@ -80,12 +84,21 @@ impl Commands {
         unsafe { device.end_command_buffer(self.raw) }.call("vkEndCommandBuffer")
     }
 
-    /// Runs what was recorded and waits for its end. A device that does not come to it is forgotten
-    /// ([`Context::forget_device`]): what it still works on stays.
+    /// Runs what was recorded and waits for its end.
+    ///
+    /// # Errors
+    /// As [`Commands::start`] and [`Commands::finish`].
+    pub fn run(&mut self) -> Result<()> {
+        self.start()?;
+        self.finish()
+    }
+
+    /// Hands what was recorded to the device, behind the end of the last run.
     ///
     /// # Errors
     /// [`crate::Error::Vulkan`], a lost device among them.
-    pub fn run(&mut self) -> Result<()> {
+    pub fn start(&mut self) -> Result<()> {
+        self.finish()?;
         let device = self.context.device()?;
         if self.context.is_dry() {
             return Ok(());
@@ -95,6 +108,19 @@ impl Commands {
         // SAFETY: the fence is alive, and no work that would signal it is under way.
         unsafe { device.reset_fences(&[self.fence]) }.call("vkResetFences")?;
         self.context.submit(&submit, self.fence)?;
+        self.started = true;
+        Ok(())
+    }
+
+    /// Waits for the end of the run that was started, if any was. A device that does not come to it is forgotten
+    /// ([`Context::forget_device`]): what it still works on stays.
+    ///
+    /// # Errors
+    /// [`crate::Error::Vulkan`], a lost device among them.
+    pub fn finish(&mut self) -> Result<()> {
+        if !std::mem::take(&mut self.started) {
+            return Ok(());
+        }
         let ended = self.wait(LIMIT);
         if let Err(Error::Vulkan { result: vk::Result::TIMEOUT, .. }) = ended {
             self.context.forget_device();
@@ -135,8 +161,9 @@ impl Commands {
 
 impl Drop for Commands {
     fn drop(&mut self) {
-        // SAFETY: `run` has waited for the work, unless the device is lost; null handles are
-        // allowed.
+        // A lost device has ended its work, and one that does not answer is forgotten.
+        let _ = self.finish();
+        // SAFETY: no run is under way; null handles are allowed.
         self.context.unless_gone(|device| unsafe {
             device.destroy_fence(self.fence, None);
             device.destroy_command_pool(self.pool, None);
