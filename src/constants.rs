@@ -59,7 +59,7 @@ constants! {
     DIRECTION_FREE: f32 = 0.2617994;
     /// `F_direction`: angle from which on the term is 1, radians (75°).
     DIRECTION_MOST: f32 = 1.3089969;
-    /// `F_target`: root mean square distance that makes the term 1, encoded units.
+    /// `F_target`: root mean square distance that makes the term 0.625; that of black from white makes it 1.
     TARGET_RANGE: f32 = 0.25;
     /// `F_entropy`: gradient of the normals from which on a pixel counts no more, as a multiple of its mean.
     CURVATURE_MOST: f32 = 4.0;

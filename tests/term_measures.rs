@@ -271,7 +271,7 @@ fn the_residual_is_the_mean_square_of_what_the_target_tells() {
     assert_eq!(maps.told(), 2);
     assert_eq!(appearance::residual(&maps, &picture), 0.25);
     let statistics = fitness::statistics(&maps, &picture, &only("target"));
-    assert_eq!(only("target").quality(&statistics, &maps.statistics()).score, 1.0);
+    assert_eq!(only("target").quality(&statistics, &maps.statistics()).score, 0.625 / 0.75);
     // What the target does not tell, and the background, do not count; the others do.
     assert_eq!(appearance::residual(&maps, &[0.5, 0.25, 0.0, 1.0]), 0.25);
     assert_eq!(appearance::residual(&maps, &[0.0, 0.25, 1.0, 0.0]), 0.125);

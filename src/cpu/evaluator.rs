@@ -7,13 +7,13 @@
 use super::bands::{Bands, Part, Shade};
 use super::compact::Band;
 use super::kernels::Tile;
+use crate::Result;
 use crate::evaluate::{DeviceInfo, Evaluator, Inspection, check_places, check_scores};
 use crate::lighting::shading::Shading;
 use crate::lighting::{Light, LightRecord, Population};
 use crate::objective::maps::{Maps, ViewStatistics};
 use crate::objective::{Objective, Quality};
 use crate::scene::view::View;
-use crate::Result;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 

@@ -15,6 +15,9 @@ use glam::Vec3;
 /// Weight of the term `target` where shadows are drawn.
 pub const SHADOW_WEIGHT: f32 = 1.0;
 
+/// The brightness that is asked for there, sRGB-encoded luminance: dark, with the shape still to be seen.
+pub const SHADOW_BRIGHTNESS: f32 = 0.12;
+
 /// A texel belongs to a stroke from this alpha on, and to that of a highlight from this mean of its channels on.
 const HALF: u8 = 128;
 
@@ -69,7 +72,7 @@ impl Strokes {
     /// The target picture of the shadows, of so many pixels, as [`Maps::set_target`] takes it; none where none is drawn.
     pub fn target(&self, pixels: usize) -> Option<Vec<f32>> {
         let mut target = vec![-1.0; pixels];
-        self.shadows.iter().for_each(|&at| target[at] = 0.0);
+        self.shadows.iter().for_each(|&at| target[at] = SHADOW_BRIGHTNESS);
         self.has_shadows().then_some(target)
     }
 
@@ -262,8 +265,9 @@ mod tests {
         let middle = (last[1] * SIDE + last[0]) as usize;
         assert!(large.contains(&middle));
         let target = strokes.target(maps.types.len()).unwrap();
-        assert_eq!(target.iter().filter(|&&t| t == 0.0).count(), strokes.shadows.len());
-        assert!(target.iter().all(|&t| t == 0.0 || t == -1.0));
+        let dark = |&&t: &&f32| t == SHADOW_BRIGHTNESS;
+        assert_eq!(target.iter().filter(dark).count(), strokes.shadows.len());
+        assert!(target.iter().all(|&t| t == SHADOW_BRIGHTNESS || t == -1.0));
 
         let one = Genome::new(&[Role::Key], LightKind::POINT, &Boxes::default()).unwrap();
         let fault = strokes.hold(one, &maps, &view).unwrap_err();

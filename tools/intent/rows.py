@@ -25,9 +25,9 @@ def only(term: str) -> list[str]:
     return ["--weights", ",".join([f"{name}=0" for name in TERMS] + [f"{term}=1"])]
 
 
-# Where the strokes lie in the still life, pixels of 160: a highlight and a shadow.
-HIGHLIGHT = (124, 57, 131, 64)
-SHADOW = (66, 86, 82, 94)
+# Where the strokes lie, pixels of 160: a highlight on the jug of the still life, and a shadow on the elephant.
+HIGHLIGHT = ("still-life", (57, 45, 63, 51), 255)
+SHADOW = ("elephant", (86, 66, 100, 78), 0)
 
 # Name of the row, the scene, and the options of each picture.
 ROWS = [
@@ -79,16 +79,17 @@ def paint(klieg: str, out: Path, folder: Path) -> None:
 
 
 def strokes(klieg: str, out: Path, folder: Path) -> None:
-    """The usual light, strokes on it of a highlight and of a shadow, and the light that puts both there."""
-    usual = design(klieg, "still-life", [], folder / "usual")
-    drawn = Image.new("RGBA", usual.size)
-    brush = ImageDraw.Draw(drawn)
-    brush.ellipse(HIGHLIGHT, fill=(255, 255, 255, 255))
-    brush.ellipse(SHADOW, fill=(0, 0, 0, 255))
-    drawn.save(folder / "strokes.png")
-    over = Image.alpha_composite(usual.convert("RGBA"), drawn).convert("RGB")
-    made = design(klieg, "still-life", ["--strokes", str(folder / "strokes.png")], folder / "made")
-    row([usual, over, made]).save(out / "strokes.jpg", quality=88)
+    """The usual light with a stroke on it, of a highlight and of a shadow, each beside the light that puts it there."""
+    pictures = []
+    for scene, place, grey in (HIGHLIGHT, SHADOW):
+        usual = design(klieg, scene, [], folder / f"{scene}-usual")
+        drawn = Image.new("RGBA", usual.size)
+        ImageDraw.Draw(drawn).ellipse(place, fill=(grey, grey, grey, 255))
+        drawn.save(folder / f"{scene}.png")
+        over = Image.alpha_composite(usual.convert("RGBA"), drawn).convert("RGB")
+        made = design(klieg, scene, ["--strokes", str(folder / f"{scene}.png")], folder / f"{scene}-made")
+        pictures += [over, made]
+    row(pictures).save(out / "strokes.jpg", quality=88)
 
 
 def collage(klieg: str, out: Path, folder: Path) -> None:

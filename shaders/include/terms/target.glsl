@@ -1,4 +1,5 @@
 // Reference: src/objective/terms/target.rs.
 float term_target(Detail picture) {
-    return min(sqrt(picture.residual) / TARGET_RANGE, 1.0);
+    float distance = sqrt(picture.residual);
+    return (1.0 + TARGET_RANGE) * distance / (distance + TARGET_RANGE);
 }

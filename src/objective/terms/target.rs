@@ -1,4 +1,4 @@
-//! Distance from a target picture: `min(1, √residual / 0.25)`.
+//! Distance from a target picture: `1.25 d / (d + 0.25)`, `d = √residual`. It falls from wherever the picture is.
 
 use crate::constants::TARGET_RANGE;
 use crate::objective::maps::ViewStatistics;
@@ -14,5 +14,6 @@ pub static TERM: Term = Term {
 };
 
 fn formula(picture: &Statistics, _: &ViewStatistics, _: &Objective) -> f32 {
-    (picture.residual.max(0.0).sqrt() / TARGET_RANGE).min(1.0)
+    let distance = picture.residual.max(0.0).sqrt();
+    (1.0 + TARGET_RANGE) * distance / (distance + TARGET_RANGE)
 }
