@@ -249,8 +249,8 @@ bits: setup
 
 deny:
 	@cargo deny --version >/dev/null || { echo 'deny: needs cargo-deny: cargo install cargo-deny' >&2; exit 1; }
-	cargo deny --locked check licenses bans sources
-	cargo deny --locked check advisories
+	cargo deny --locked --workspace check licenses bans sources
+	cargo deny --locked --workspace check advisories
 
 msrv: setup
 	cargo +$(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml) check --locked --all-targets
