@@ -202,3 +202,84 @@ impl Population {
         self.records.chunks_exact(self.lights)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, DVec3};
+
+    const POINT: LightRecord = LightRecord {
+        position: [1.0, 2.0, 3.0],
+        radius2: 9.0,
+        size: 0.5,
+        axis: [0.0, 0.0, -1.0],
+        ..LightRecord::DARK
+    };
+
+    #[test]
+    fn a_moved_light_keeps_its_place_and_what_it_sends_out_in_the_world() {
+        // A quarter turn about the vertical: what was to the right is in front.
+        let turn = DMat3::from_cols(-DVec3::Z, DVec3::Y, DVec3::X);
+        let change = Change { turn, scale: 2.0, shift: DVec3::new(10.0, 20.0, 30.0) };
+        let moved = POINT.moved(&change);
+        let expected = LightRecord {
+            position: [16.0, 24.0, 28.0],
+            radius2: 36.0,
+            size: 1.0,
+            axis: [-1.0, 0.0, 0.0],
+            ..POINT
+        };
+        assert_eq!(moved, expected);
+        let sun = LightRecord { radius2: 0.0, ..POINT };
+        let expected = LightRecord { position: [3.0, 2.0, -1.0], axis: [-1.0, 0.0, 0.0], ..sun };
+        assert_eq!(sun.moved(&change), expected);
+    }
+
+    #[test]
+    fn lights_within_the_ball_are_near_unless_they_come_from_a_direction() {
+        let at = |position| LightRecord { position, ..POINT };
+        for near in [[0.6, 0.0, 0.0], [0.0, -0.6, 0.0], [0.0, 0.0, 0.6], [0.5, 0.5, -0.5]] {
+            assert!(at(near).is_near(), "{near:?}");
+            assert!(!LightRecord { radius2: 0.0, ..at(near) }.is_near());
+        }
+        for far in [[0.8, 0.8, 0.0], [0.8, 0.0, 0.8], [0.0, -0.8, 0.8], [1.0, 0.0, 0.0]] {
+            assert!(!at(far).is_near(), "{far:?}");
+        }
+    }
+
+    #[test]
+    fn white_lights_without_cones_are_plain() {
+        assert!(POINT.is_plain());
+        let warm = LightRecord { color: [1.0, 1.0, 0.9], ..POINT };
+        let spot = LightRecord { cone_scale: 2.0, ..POINT };
+        assert!(!warm.is_plain() && !spot.is_plain());
+        let of = |records| Population::of_records(2, records).unwrap();
+        assert!(of(vec![POINT, POINT]).is_plain());
+        assert!(!of(vec![POINT, POINT, POINT, warm]).is_plain());
+    }
+
+    #[test]
+    fn a_population_has_rigs_of_one_number_of_lights() {
+        let mut population = Population::new(2).unwrap();
+        assert!(population.is_empty() && population.rigs().next().is_none());
+        let rig = [Light::default(), Light { distance: 4.0, ..Light::default() }];
+        for _ in 0..3 {
+            population.push(&rig).unwrap();
+        }
+        assert_eq!((population.len(), population.lights(), population.records().len()), (3, 2, 6));
+        assert!(!population.is_empty());
+        let records = rig.map(|light| light.record());
+        assert!(population.rigs().all(|found| found == records));
+        assert!(population.push(&rig[..1]).is_err());
+        assert_eq!(population.len(), 3);
+        assert_eq!(Population::of([&rig[..], &rig[..]]).unwrap().len(), 2);
+        population.clear();
+        assert!(population.is_empty() && population.lights() == 2);
+
+        assert!(Population::of_records(2, vec![POINT; 3]).is_err());
+        assert_eq!(Population::of_records(2, vec![POINT; 4]).unwrap().len(), 2);
+        assert!(Population::new(0).is_err() && Population::new(MAX_LIGHTS + 1).is_err());
+        assert_eq!(Population::new(MAX_LIGHTS).unwrap().lights(), MAX_LIGHTS);
+        assert!(Population::of(Vec::<&[Light]>::new()).is_err());
+    }
+}

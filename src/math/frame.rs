@@ -89,3 +89,51 @@ impl Change {
         self.turn * p * self.scale + self.shift
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two frames that share nothing: other axes, centres and radii.
+    fn frames() -> [Frame; 2] {
+        [(0.4, DVec3::new(1.0, 2.0, -3.0), 2.0), (-1.9, DVec3::new(-4.0, 0.5, 1.0), 0.25)].map(
+            |(turn, center, radius): (f64, _, _)| {
+                let (sin, cos) = turn.sin_cos();
+                let (right, back) = (DVec3::new(cos, 0.0, -sin), DVec3::new(sin, 0.0, cos));
+                Frame { center, radius, right, up: DVec3::Y, back }
+            },
+        )
+    }
+
+    #[test]
+    fn a_place_and_a_direction_of_the_world_are_told_in_every_frame() {
+        let [first, second] = frames();
+        let p = DVec3::new(0.3, -0.7, 0.2);
+        for frame in [first, second] {
+            let world = frame.center
+                + frame.radius * (0.3 * frame.right - 0.7 * frame.up + 0.2 * frame.back);
+            assert!(frame.point_to_world(p).abs_diff_eq(world, 1e-12));
+            assert!(frame.from_world().transform_point3(world).abs_diff_eq(p, 1e-12));
+            let direction = (world - frame.center) / frame.radius;
+            assert!(frame.direction_to_world(p).abs_diff_eq(direction, 1e-12));
+        }
+        let there = second.from_world().transform_point3(first.point_to_world(p));
+        let change = first.change_to(&second);
+        assert!(change.point(p).abs_diff_eq(there, 1e-12));
+        assert_eq!(change.scale, 8.0);
+        assert_eq!(first.change_to(&first), Change::NONE);
+        assert_eq!(Change::NONE.point(p), p);
+    }
+
+    #[test]
+    fn frames_have_finite_axes_a_finite_centre_and_a_radius() {
+        let [sound, _] = frames();
+        sound.check().unwrap();
+        for radius in [0.0, -1.0, 1e-16, 1e16, f64::NAN] {
+            assert!(Frame { radius, ..sound }.check().is_err(), "{radius}");
+        }
+        let none = DVec3::new(0.0, f64::INFINITY, 0.0);
+        assert!(Frame { center: none, ..sound }.check().is_err());
+        assert!(Frame { up: none, ..sound }.check().is_err());
+    }
+}

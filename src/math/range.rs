@@ -88,3 +88,51 @@ impl From<Range> for [f32; 2] {
         [range.low, range.high]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn shares_and_values_of_a_range() {
+        let range = Range::new(-1.0, 3.0);
+        assert_eq!((range.width(), range.middle(), range.at(0.25)), (4.0, 1.0, 0.0));
+        assert_eq!([-2.0, 0.0, 4.0].map(|x| range.share(x)), [0.0, 0.25, 1.0]);
+        assert_eq!([-2.0, 0.0, 4.0].map(|x| range.nearest(x)), [-1.0, 0.0, 3.0]);
+        assert_eq!([-1.0, 3.0, 3.1].map(|x| range.contains(x)), [true, true, false]);
+        assert_eq!(Range::new(2.0, 2.0).share(5.0), 0.0);
+        assert_eq!(Range::new(-90.0, 180.0).to_radians(), Range::new(-1.5707964, 3.1415927));
+        assert_eq!(<[f32; 2]>::from(Range::from([1.0, 2.0])), [1.0, 2.0]);
+    }
+
+    #[test]
+    fn ranges_are_finite_and_ascending() {
+        assert!(Range::new(1.0, 1.0).is_valid() && Range::new(-1.0, 1.0).is_valid());
+        for (low, high) in
+            [(1.0, 0.9), (f32::NAN, 1.0), (0.0, f32::INFINITY), (f32::NEG_INFINITY, 0.0)]
+        {
+            assert!(!Range::new(low, high).is_valid(), "{low} {high}");
+        }
+    }
+
+    #[test]
+    fn steps_are_normal_and_stay_inside() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let range = Range::new(-2.0, 2.0);
+        let mut spread = |from: f32, share: f32| {
+            let steps: Vec<_> =
+                (0..4000).map(|_| range.step(from, share, &mut rng) - from).collect();
+            assert!(steps.iter().all(|step| range.contains(from + step)));
+            (steps.iter().map(|step| step * step).sum::<f32>() / 4000.0).sqrt()
+        };
+        assert!((spread(0.0, 0.1) - 0.4).abs() < 0.02);
+        // Half of the steps from an end would leave the range: those are drawn again.
+        assert!((spread(2.0, 0.1) - 0.4).abs() < 0.02);
+        assert_eq!(spread(1.0, 0.0), 0.0);
+        let values: Vec<_> = (0..4000).map(|_| range.uniform(&mut rng)).collect();
+        assert!(values.iter().sum::<f32>().abs() / 4000.0 < 0.1);
+        assert!(values.iter().any(|&x| x < -1.9) && values.iter().any(|&x| x > 1.9));
+    }
+}
