@@ -41,7 +41,7 @@ PYTHON_ENV = $(BUILDS)/python
 WHEELS = $(BUILDS)/wheels
 
 .PHONY: help setup design spirv test test-rust test-python check check-python program library install install-program \
-	install-library judge intent studio-speed gpu-kit drivers fuzz soak bits deny msrv package wheel \
+	install-library judge intent studio-speed gpu-kit drivers fuzz soak bits mutants deny msrv package wheel \
 	python-module test-blender test-ray blender-addon
 
 help:
@@ -59,6 +59,7 @@ help:
 	@echo 'make fuzz [FUZZ_SECONDS=N] [FUZZ_TARGETS=...]  look for files that break the readers (nightly Rust, cargo-fuzz)'
 	@echo 'make soak [SOAK_DESIGNS=N]  make many designs in one process, which must not grow'
 	@echo 'make bits   compare the results of a debug and of a release build, byte for byte'
+	@echo 'make mutants [MUTANTS=...]  change code here and there and see whether the tests notice (cargo-mutants)'
 	@echo 'make deny   check licences, sources and advisories of the dependencies (cargo-deny)'
 	@echo 'make msrv   check with the oldest Rust that klieg promises to build with'
 	@echo 'make wheel  build the Python package, and try it in a virtual environment of its own'
@@ -246,6 +247,13 @@ bits: setup
 		done; \
 		echo "$$device: the same bytes"; \
 	done
+
+# Which of them, as arguments of cargo mutants: a twenty-fourth takes a quarter of an hour.
+MUTANTS ?= --sharding round-robin --shard 0/24
+
+mutants:
+	@cargo mutants --version >/dev/null || { echo 'mutants: needs cargo-mutants: cargo install cargo-mutants' >&2; exit 1; }
+	tools/mutants/run "$(BUILDS)/mutants" $(MUTANTS)
 
 deny:
 	@cargo deny --version >/dev/null || { echo 'deny: needs cargo-deny: cargo install cargo-deny' >&2; exit 1; }
