@@ -331,4 +331,21 @@ mod tests {
         assert_eq!(moved.size, 0.25);
         assert_eq!(Light { aim: None, ..light }.moved(&from, &turned).aim, None);
     }
+
+    #[test]
+    fn a_light_is_seen_from_a_place_in_the_direction_that_is_asked_for() {
+        let (place, towards) = (Vec3::new(0.3, -0.2, 0.4), Vec3::new(0.6, 0.0, 0.8));
+        let aim = Some(Vec3::NEG_Z);
+        let light = Light { kind: LightKind::SPOT, distance: 3.0, aim, ..Light::default() };
+        let seen = light.seen_from(place, towards);
+        let stands = Vec3::from(seen.record().position);
+        assert!((stands.length() - 3.0).abs() < 1e-5, "{stands}");
+        assert!((stands - place).normalize().abs_diff_eq(towards, 1e-5), "{stands}");
+        assert!(seen.axis().abs_diff_eq(-towards, 1e-5), "{}", seen.axis());
+        let sun = Light { kind: LightKind::DIRECTIONAL, ..light }.seen_from(place, towards);
+        assert!(sun.direction().abs_diff_eq(towards, 1e-6));
+        // From outside of the sphere that it stands on, it may be in no such direction.
+        let within = Light { distance: 0.4, ..light }.seen_from(0.9 * Vec3::Y, towards);
+        assert!(within.direction().abs_diff_eq(towards, 1e-6));
+    }
 }

@@ -251,6 +251,7 @@ fn gltf(at: &Place, l: Vec3, n_l: f32, looks: &Reflectance, brdf: Brdf) -> (Vec3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     #[test]
     fn a_white_matt_surface_facing_a_light_at_its_distance_shows_its_intensity() {
@@ -290,6 +291,53 @@ mod tests {
         }
     }
 
+    /// In double precision: Blinn-Phong's, and glTF's by Smith's masking as Heitz 2014 writes it, equation 99.
+    #[test]
+    fn reflections_are_those_of_their_formulas() {
+        let (base, metallic, n) = (Vec3::new(0.9, 0.4, 0.1), 0.25, DVec3::Z);
+        let intensities = (0.7, 0.3);
+        for (l, v, roughness) in [
+            (DVec3::new(0.5, 0.2, 0.8), DVec3::new(-0.6, 0.1, 0.5), 0.5),
+            (DVec3::new(0.1, -0.3, 0.9), DVec3::new(0.2, 0.1, 0.9), 0.3),
+            (DVec3::new(-0.9, 0.1, 0.3), DVec3::new(0.8, 0.0, 0.4), 0.9f32),
+        ] {
+            let (l, v) = (l.normalize(), v.normalize());
+            let h = (l + v).normalize();
+            let [n_l, n_v, n_h] = [l, v, h].map(|direction| n.dot(direction));
+            let alpha2 = f64::from(roughness).powi(4);
+            let hidden = |c: f64| ((1.0 + alpha2 * (1.0 / (c * c) - 1.0)).sqrt() - 1.0) / 2.0;
+            let masking = 1.0 / (1.0 + hidden(n_l) + hidden(n_v));
+            let distribution = alpha2 / (n_h * n_h * (alpha2 - 1.0) + 1.0).powi(2);
+            let lobe = distribution * masking / (4.0 * n_l * n_v);
+            let grazing = (1.0 - v.dot(h)).powi(5);
+            let shininess = (2.0 / alpha2 - 2.0).max(1.0);
+            let exact = |base: f64, brdf| {
+                let f0 = 0.04 + f64::from(metallic) * (base - 0.04);
+                let diffuse = base * (1.0 - f64::from(metallic));
+                let (diffuse, specular) = match brdf {
+                    Brdf::BlinnPhong => {
+                        (diffuse, f0 * (shininess + 8.0) / 8.0 * n_h.powf(shininess))
+                    }
+                    _ => (diffuse * 0.96 * (1.0 - grazing), (f0 + (1.0 - f0) * grazing) * lobe),
+                };
+                n_l * (intensities.0 * diffuse + intensities.1 * specular)
+            };
+            let (diffuse, specular) = (intensities.0 as f32, intensities.1 as f32);
+            let position = l.as_vec3().to_array();
+            let light = LightRecord { position, diffuse, specular, ..LightRecord::DARK };
+            let to_viewer = v.as_vec3();
+            let at = Place { position: Vec3::ZERO, normal: n.as_vec3(), to_viewer };
+            for brdf in [Brdf::BlinnPhong, Brdf::Gltf] {
+                let shading = Shading { brdf, ..Shading::default() };
+                let looks = shading.reflectance(base, metallic, roughness, Vec3::ZERO);
+                let found = shading.response(&light, &at, &looks).radiance;
+                let expected = base.as_dvec3().to_array().map(|base| exact(base, brdf) as f32);
+                let apart = (found - Vec3::from(expected)).abs().max_element();
+                assert!(apart < 1e-5, "{brdf:?} {roughness}: {found}, not {expected:?}");
+            }
+        }
+    }
+
     /// The exact share at the roughness 1, seen at normal incidence, is 1 − ln 2.
     #[test]
     fn rough_metals_get_back_what_they_scatter_more_than_once() {
@@ -301,6 +349,12 @@ mod tests {
         let white = Shading::default().reflectance(Vec3::ONE, 1.0, 1.0, Vec3::ZERO);
         let seen = |brdf| white.coefficients(brdf, 1.0).specular.x;
         assert!(seen(Brdf::GltfScattering) > 3.0 * seen(Brdf::Gltf));
+        // f₀ + f₀²·(1/E − 1), E the share that comes back at once.
+        let (once, metal) = (scattered_once(1.0, 1.0), Vec3::new(1.0, 0.5, 0.25));
+        let coloured = Shading::default().reflectance(metal, 1.0, 1.0, Vec3::ZERO);
+        let expected = metal + metal * metal * (1.0 / once - 1.0);
+        let found = coloured.coefficients(Brdf::GltfScattering, 1.0).specular;
+        assert!(found.abs_diff_eq(expected, 1e-5), "{found}, not {expected}");
     }
 
     #[test]
