@@ -94,6 +94,7 @@ mod tests {
     use super::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
+    use std::f32::consts::{FRAC_PI_2, PI};
 
     #[test]
     fn shares_and_values_of_a_range() {
@@ -103,7 +104,7 @@ mod tests {
         assert_eq!([-2.0, 0.0, 4.0].map(|x| range.nearest(x)), [-1.0, 0.0, 3.0]);
         assert_eq!([-1.0, 3.0, 3.1].map(|x| range.contains(x)), [true, true, false]);
         assert_eq!(Range::new(2.0, 2.0).share(5.0), 0.0);
-        assert_eq!(Range::new(-90.0, 180.0).to_radians(), Range::new(-1.5707964, 3.1415927));
+        assert_eq!(Range::new(-90.0, 180.0).to_radians(), Range::new(-FRAC_PI_2, PI));
         assert_eq!(<[f32; 2]>::from(Range::from([1.0, 2.0])), [1.0, 2.0]);
     }
 
