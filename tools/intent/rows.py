@@ -78,6 +78,20 @@ def paint(klieg: str, out: Path, folder: Path) -> None:
     row([usual, on_ground(painted), made]).save(out / "paint.jpg", quality=88)
 
 
+def keep(klieg: str, out: Path, folder: Path) -> None:
+    """A three-point rig, what becomes of it where its key or its other lights are kept, and three free lights."""
+    folder.mkdir()
+    picture = folder / "preset.png"
+    render = ["--preset", "three-point", "--size", "160x160", "--background", "transparent"]
+    scene = ROOT / "scenes/elephant.glb"
+    subprocess.run([klieg, "render", scene, "--out", picture, *render], check=True, stdout=subprocess.DEVNULL)
+    free = ["--lights", "3"]
+    first = [*free, "--first", "three-point"]
+    wishes = [[*first, "--keep", "key"], [*first, "--keep", "fill", "--keep", "rim"], free]
+    made = [design(klieg, "elephant", options, folder / str(at)) for at, options in enumerate(wishes)]
+    row([on_ground(Image.open(picture).convert("RGBA")), *made]).save(out / "keep.jpg", quality=88)
+
+
 def strokes(klieg: str, out: Path, folder: Path) -> None:
     """The usual light with a stroke on it, of a highlight and of a shadow, each beside the light that puts it there."""
     pictures = []
@@ -146,6 +160,7 @@ def main() -> None:
             row(made).save(out / f"{name}.jpg", quality=88)
         paint(klieg, out, Path(place, "paint"))
         strokes(klieg, out, Path(place, "strokes"))
+        keep(klieg, out, Path(place, "keep"))
         collage(klieg, out, Path(place, "collage"))
         gallery(klieg, out, Path(place, "gallery"))
         turntable(klieg, out, Path(place, "views"))
