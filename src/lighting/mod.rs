@@ -259,6 +259,14 @@ mod tests {
     }
 
     #[test]
+    fn a_record_has_the_intensities_of_its_light() {
+        let light = Light { diffuse: 0.3, specular: 0.6, role: Role::Key, ..Light::default() };
+        let LightRecord { diffuse, specular, key, .. } = light.record();
+        assert_eq!((diffuse, specular, key), (0.3, 0.6, 1.0));
+        assert_eq!(Light { role: Role::Fill, ..light }.record().key, 0.0);
+    }
+
+    #[test]
     fn a_population_has_rigs_of_one_number_of_lights() {
         let mut population = Population::new(2).unwrap();
         assert!(population.is_empty() && population.rigs().next().is_none());

@@ -358,6 +358,12 @@ mod tests {
     }
 
     #[test]
+    fn two_of_three_models_are_gltf_s() {
+        let all = [Brdf::BlinnPhong, Brdf::Gltf, Brdf::GltfScattering];
+        assert_eq!(all.map(Brdf::is_gltf), [false, true, true]);
+    }
+
+    #[test]
     fn reflectance_of_the_extremes() {
         let shading = Shading::default();
         let base = Vec3::new(0.8, 0.4, 0.2);
