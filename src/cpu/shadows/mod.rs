@@ -25,6 +25,9 @@ use wide::Tree;
 /// Columns and rows of a tile.
 const TILE: [u32; 2] = [8, 4];
 
+/// The same of a part of a tile.
+const PART: [u32; 2] = [4, 2];
+
 /// Tiles whose bits are made before they go into the table; it bounds the memory.
 const BATCH: usize = 1 << 14;
 
@@ -137,20 +140,27 @@ fn numbered(side: u32, [x, y]: [u32; 2]) -> Direction {
     }
 }
 
-/// The object pixels, tile by tile.
+/// The object pixels, tile by tile, and in each of them part by part.
 fn tiles(surface: &Surface) -> Vec<Vec<u32>> {
-    let (width, height) = (surface.width, surface.height);
-    let [columns, rows] = TILE;
-    let corners = (0..height)
-        .step_by(rows as usize)
-        .flat_map(|top| (0..width).step_by(columns as usize).map(move |left| [left, top]));
+    let size = [surface.width, surface.height];
     let object = |&at: &u32| surface.code[at as usize] != 0;
-    let pixels = |[left, top]: [u32; 2]| -> Vec<u32> {
-        let rows = top..(top + rows).min(height);
-        let row = |y| (left..(left + columns).min(width)).map(move |x| y * width + x);
-        rows.flat_map(row).filter(object).collect()
+    let pixels = |tile| {
+        let parts = corners(tile, TILE, PART);
+        let places = parts.flat_map(|part| corners(part, PART, [1, 1]));
+        let seen = places.filter(|[x, y]| *x < size[0] && *y < size[1]);
+        seen.map(|[x, y]| y * size[0] + x).filter(object).collect()
     };
-    corners.map(pixels).filter(|pixels| !pixels.is_empty()).collect()
+    corners([0, 0], size, TILE).map(pixels).filter(|pixels: &Vec<_>| !pixels.is_empty()).collect()
+}
+
+/// The upper left corners of what a rectangle is cut into, row by row.
+fn corners(
+    [left, top]: [u32; 2],
+    [width, height]: [u32; 2],
+    [columns, rows]: [u32; 2],
+) -> impl Iterator<Item = [u32; 2]> {
+    let tops = (top..top + height).step_by(rows as usize);
+    tops.flat_map(move |y| (left..left + width).step_by(columns as usize).map(move |x| [x, y]))
 }
 
 /// Adds how open each pixel is.

@@ -147,13 +147,12 @@ fn wide_nodes_have_every_leaf_once() {
         let children = tree.nodes.iter().flat_map(|boxes| boxes.iter().map(|(_, child)| child));
         let (mut leaves, mut inner) = (Vec::new(), vec![0]);
         children.for_each(|child| match child {
-            wide::Child::Leaf(at) => leaves.push(at),
+            wide::Child::Leaf(first, count) => leaves.push(first..first + count),
             wide::Child::Inner(at) => inner.push(at),
         });
-        leaves.sort_unstable();
-        let all = 0..occluders.nodes.len() as u32;
-        let is_leaf = |&at: &u32| occluders.nodes[at as usize].triangles != Node::INNER;
-        assert!(all.filter(is_leaf).eq(leaves));
+        leaves.sort_unstable_by_key(|leaf| leaf.start);
+        let ranges = occluders.nodes.iter().map(Node::range).filter(|range| !range.is_empty());
+        assert!(ranges.eq(leaves.iter().map(|leaf| leaf.start as usize..leaf.end as usize)));
         inner.sort_unstable();
         assert!((0..tree.nodes.len() as u32).eq(inner));
     }

@@ -11,8 +11,8 @@ pub const BOXES: usize = 16;
 pub enum Child {
     /// A node of [`Tree::nodes`].
     Inner(u32),
-    /// A leaf of [`Occluders::nodes`].
-    Leaf(u32),
+    /// The triangles of a leaf: the number of the first in [`Occluders::triangles`], and how many there are.
+    Leaf(u32, u32),
 }
 
 /// Up to [`BOXES`] boxes, axis by axis.
@@ -29,7 +29,7 @@ pub struct Boxes {
 impl Boxes {
     /// None yet.
     pub fn new() -> Self {
-        Self { sides: [[0.0; BOXES]; 6], children: [Child::Leaf(0); BOXES], len: 0 }
+        Self { sides: [[0.0; BOXES]; 6], children: [Child::Leaf(0, 0); BOXES], len: 0 }
     }
 
     /// Adds one.
@@ -70,20 +70,19 @@ impl<'a> Tree<'a> {
         let mut at = 0;
         while at < tree.nodes.len() {
             for k in 0..tree.nodes[at].len {
-                let Child::Leaf(below) = tree.nodes[at].children[k] else { continue };
-                if occluders.nodes[below as usize].triangles == Node::INNER {
-                    tree.nodes[at].children[k] = Child::Inner(tree.nodes.len() as u32);
-                    tree.add(below);
-                }
+                let Child::Inner(below) = tree.nodes[at].children[k] else { continue };
+                tree.nodes[at].children[k] = Child::Inner(tree.nodes.len() as u32);
+                tree.add(below);
             }
             at += 1;
         }
         tree
     }
 
-    /// The triangles of a leaf.
-    pub fn triangles(&self, leaf: u32) -> &'a [Triangle] {
-        &self.occluders.triangles[self.occluders.nodes[leaf as usize].range()]
+    /// The `count` triangles of a leaf, of which `first` is the first.
+    #[inline(always)]
+    pub fn triangles(&self, first: u32, count: u32) -> &'a [Triangle] {
+        &self.occluders.triangles[first as usize..][..count as usize]
     }
 
     /// What casts the shadows.
@@ -91,7 +90,7 @@ impl<'a> Tree<'a> {
         self.occluders
     }
 
-    /// Adds the node of what is below a node of the occluders, with all children as leaves.
+    /// Adds the node of what is below a node of the occluders, whose inner children have the numbers that they have there.
     fn add(&mut self, root: u32) {
         let nodes = &self.occluders.nodes;
         let mut open = vec![root];
@@ -106,7 +105,11 @@ impl<'a> Tree<'a> {
         let mut boxes = Boxes::new();
         for at in open {
             let node = &nodes[at as usize];
-            boxes.push([node.low, node.high], Child::Leaf(at));
+            let child = match node.triangles {
+                Node::INNER => Child::Inner(at),
+                _ => Child::Leaf(node.range().start as u32, node.range().len() as u32),
+            };
+            boxes.push([node.low, node.high], child);
         }
         self.nodes.push(boxes);
     }
