@@ -2,11 +2,12 @@
 //! `shaders/shadows.comp`.
 //!
 //! [`reference()`] walks once for each pixel and direction. [`table`] makes the same bits faster: rays of one
-//! direction are parallel, so that a tile of pixels walks the tree together (`beam.rs`), or where triangles are
+//! direction are parallel, so that a tile of pixels walks the tree together (`tile.rs`), or where triangles are
 //! smaller than pixels, all rays of a pixel in neighbouring directions (`rays.rs`).
 
 mod beam;
 mod rays;
+mod tile;
 mod wide;
 
 use crate::objective::maps::Surface;
@@ -15,11 +16,11 @@ use crate::objective::shadows::{
 };
 use crate::scene::occluders::{Occluders, RAYS, leave};
 use crate::{Error, Result};
-use beam::Tile;
 use glam::Vec3;
 use multiversion::multiversion;
 use rayon::prelude::*;
 use std::sync::Arc;
+use tile::Tile;
 use wide::Tree;
 
 /// Columns and rows of a tile.
@@ -70,13 +71,13 @@ fn made(
             .filter(|_| go_on())
             .map(|pixels| {
                 let tile = Tile::new(surface, pixels);
-                (pixels, beam::trace(&tile, &tree, &directions, words(side)))
+                (pixels, tile::trace(&tile, &tree, &directions, words(side)))
             })
             .collect();
         for (pixels, bits) in made {
             for (lane, &at) in pixels.iter().enumerate() {
                 if let Some(number) = shadows.number(at as usize) {
-                    for (word, bits) in bits.chunks_exact(beam::LANES).enumerate() {
+                    for (word, bits) in bits.chunks_exact(tile::LANES).enumerate() {
                         *shadows.word_mut(number, word) = bits[lane];
                     }
                 }

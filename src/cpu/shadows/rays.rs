@@ -2,10 +2,10 @@
 //! triangles, they meet far fewer of them than a beam does.
 
 use super::Direction;
-use super::beam::{LANES, Tile};
+use super::tile::{LANES, Tile};
 use crate::scene::occluders::{Occluders, Packet};
 
-/// What [`super::beam::trace`] finds, by directions of which each part fits a packet.
+/// What [`super::tile::trace`] finds, by directions of which each part fits a packet.
 pub fn trace(
     tile: &Tile,
     occluders: &Occluders,

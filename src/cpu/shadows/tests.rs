@@ -106,7 +106,7 @@ fn rays_of_a_pixel_find_what_single_rays_find() {
             let bits = rays::trace(&tile, &occluders, &squares, words(side));
             for (lane, &at) in pixels.iter().enumerate() {
                 let number = plain.number(at as usize).unwrap();
-                let of_lane = bits.chunks_exact(beam::LANES).map(|word| word[lane]);
+                let of_lane = bits.chunks_exact(tile::LANES).map(|word| word[lane]);
                 assert!(of_lane.eq((0..words(side)).map(|word| plain.word(number, word))));
             }
         }
