@@ -251,11 +251,8 @@ mod tests {
         let (mut hits, mut reached, mut boxes_met) = (0, 0, 0);
         for _ in 0..2000 {
             let place = vector(&mut rng, 0.8);
-            let mut origin = [[0.0; LANES]; 3];
-            for lane in 0..LANES {
-                let from = place + vector(&mut rng, 0.02);
-                (0..3).for_each(|axis| origin[axis][lane] = from[axis]);
-            }
+            let from = [place; LANES].map(|place| place + vector(&mut rng, 0.02));
+            let origin = [0, 1, 2].map(|axis| from.map(|from| from[axis]));
             let direction = vector(&mut rng, 1.0).normalize_or(Vec3::X);
             let waiting = [0; LANES].map(|_| u32::from(rng.random_bool(0.7)));
             let beam = Beam::new(&origin, direction, &waiting);
@@ -286,7 +283,7 @@ mod tests {
             for (k, triangle) in all.iter().enumerate() {
                 let plane = Plane::new(triangle, beam.direction).unwrap();
                 for lane in (0..LANES).filter(|&lane| waiting[lane] != 0) {
-                    let from = origin.map(|axis| axis[lane]);
+                    let from = from[lane].to_array();
                     let hit = plane.meet(from).is_inside(f32::INFINITY);
                     assert_eq!(hit, planes.get(k).meet(from).is_inside(f32::INFINITY));
                     let part = lane / PART_LANES;
