@@ -41,7 +41,7 @@ PYTHON_ENV = $(BUILDS)/python
 WHEELS = $(BUILDS)/wheels
 
 .PHONY: help setup design spirv test test-rust test-python check check-python program library install install-program \
-	install-library judge intent studio-speed gpu-kit drivers fuzz soak bits mutants deny msrv package wheel \
+	install-library judge intent studio-speed gpu-kit drivers fuzz soak bits mutants coverage deny msrv package wheel \
 	python-module test-blender test-ray blender-addon
 
 help:
@@ -60,6 +60,7 @@ help:
 	@echo 'make soak [SOAK_DESIGNS=N]  make many designs in one process, which must not grow'
 	@echo 'make bits   compare the results of a debug and of a release build, byte for byte'
 	@echo 'make mutants [MUTANTS=...]  change code here and there and see whether the tests notice (cargo-mutants)'
+	@echo 'make coverage [COVERAGE=...]  count which lines the tests run (cargo-llvm-cov)'
 	@echo 'make deny   check licences, sources and advisories of the dependencies (cargo-deny)'
 	@echo 'make msrv   check with the oldest Rust that klieg promises to build with'
 	@echo 'make wheel  build the Python package, and try it in a virtual environment of its own'
@@ -254,6 +255,13 @@ MUTANTS ?= --sharding round-robin --shard 0/24
 mutants:
 	@cargo mutants --version >/dev/null || { echo 'mutants: needs cargo-mutants: cargo install cargo-mutants' >&2; exit 1; }
 	tools/mutants/run "$(BUILDS)/mutants" $(MUTANTS)
+
+# Which tests, as arguments of cargo test.
+COVERAGE ?= --lib --bins --tests
+
+coverage: setup
+	@cargo llvm-cov --version >/dev/null || { echo 'coverage: needs cargo-llvm-cov: cargo install cargo-llvm-cov' >&2; exit 1; }
+	cargo llvm-cov --no-fail-fast --ignore-filename-regex '/(tests|examples|python)/' $(COVERAGE)
 
 deny:
 	@cargo deny --version >/dev/null || { echo 'deny: needs cargo-deny: cargo install cargo-deny' >&2; exit 1; }
