@@ -175,7 +175,7 @@ impl Triangles {
         self.len += 1;
     }
 
-    /// What [`Plane::new`] makes of each; the determinant is 0 where it makes none.
+    /// The plane of each for the beam's rays; the determinant is 0 where they run along it.
     #[inline(always)]
     pub fn planes(&self, beam: &Beam) -> Planes {
         let mut planes = Planes { numbers: [[0.0; BOXES]; 13] };
@@ -183,7 +183,7 @@ impl Triangles {
             let numbers = &self.numbers;
             let vector =
                 |first: usize| [numbers[first][k], numbers[first + 1][k], numbers[first + 2][k]];
-            let plane = Plane::turned(vector(0), [vector(3), vector(6)], beam.direction);
+            let plane = Plane::new(vector(0), [vector(3), vector(6)], beam.direction);
             let Plane { corner: [a, b, c], u: [d, e, f], v: [g, h, i], t: [l, m, n], det } = plane;
             let numbers = [a, b, c, d, e, f, g, h, i, l, m, n, det];
             planes.numbers.iter_mut().zip(numbers).for_each(|(row, number)| row[k] = number);
@@ -281,7 +281,9 @@ mod tests {
             let (met, boxes) = (triangles.met(&beam), beam.meets(&boxes));
             let planes = triangles.planes(&beam);
             for (k, triangle) in all.iter().enumerate() {
-                let plane = Plane::new(triangle, beam.direction).unwrap();
+                let edges = [triangle.edge1, triangle.edge2];
+                let plane = Plane::new(triangle.corner, edges, beam.direction);
+                assert_ne!(plane.det, 0.0);
                 for lane in (0..LANES).filter(|&lane| waiting[lane] != 0) {
                     let from = from[lane].to_array();
                     let hit = plane.meet(from).is_inside(f32::INFINITY);

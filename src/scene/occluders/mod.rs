@@ -20,7 +20,7 @@ use rayon::prelude::*;
 pub const MAX_TRIANGLES: usize = 1 << 27;
 
 /// What distances to the far sides of boxes are multiplied with: rounding must not lose a hit on their border.
-pub const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
+const WIDER: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 /// A node of the tree. Nodes stand in depth-first order: the next one of a node whose box is hit is the one
 /// behind it, and that of any other is [`Node::skip`]. So a walk needs no stack.
@@ -125,16 +125,9 @@ impl Meeting {
 }
 
 impl Plane {
-    /// Of rays along `direction`; `None` where they run along the triangle.
+    /// Of rays along `direction`, for the triangle of a corner and two edges; `det` is 0 where they run along it.
     #[inline(always)]
-    pub fn new(triangle: &Triangle, direction: [f32; 3]) -> Option<Self> {
-        let plane = Self::turned(triangle.corner, [triangle.edge1, triangle.edge2], direction);
-        (plane.det != 0.0).then_some(plane)
-    }
-
-    /// The same of a triangle's corner and edges; `det` is 0 where the rays run along it.
-    #[inline(always)]
-    pub fn turned(corner: [f32; 3], [e1, e2]: [[f32; 3]; 2], direction: [f32; 3]) -> Self {
+    pub fn new(corner: [f32; 3], [e1, e2]: [[f32; 3]; 2], direction: [f32; 3]) -> Self {
         let u = cross(direction, e2);
         let det = dot(e1, u);
         let sign = if det < 0.0 { -1.0 } else { 1.0 };
@@ -276,7 +269,7 @@ impl Occluders {
 
 /// Reciprocals of a direction's components, all finite, so that no product of theirs is not a number.
 #[inline(always)]
-pub fn inverse(direction: Vec3) -> Vec3 {
+fn inverse(direction: Vec3) -> Vec3 {
     const LEAST: f32 = 1e-12;
     let safe = |c: f32| if c.abs() < LEAST { LEAST.copysign(c) } else { c };
     Vec3::new(safe(direction.x), safe(direction.y), safe(direction.z)).recip()
