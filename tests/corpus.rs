@@ -13,7 +13,7 @@ use klieg::scene::load::{FileAccess, load};
 use klieg::scene::view::View;
 use klieg::scene::{Scene, lit};
 use klieg_support::gpu::{population, rigs};
-use klieg_support::npm;
+use klieg_support::{npm, temporary};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
@@ -51,10 +51,13 @@ fn original(name: &str) -> PathBuf {
 }
 
 /// The folder with all variants, `SCENE-VARIANT.glb`.
-static CORPUS: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
-    let folder = tempfile::tempdir().expect("a folder");
+static CORPUS: LazyLock<PathBuf> = LazyLock::new(|| {
+    let folder = temporary().join("corpus");
+    // Nothing of another run may pass for what this one makes.
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
     let scenes = SCENES.map(original);
-    let mut arguments = vec![folder.path()];
+    let mut arguments = vec![folder.as_path()];
     arguments.extend(scenes.iter().map(PathBuf::as_path));
     npm::run("corpus", "make.mjs", &arguments);
     folder
@@ -63,7 +66,7 @@ static CORPUS: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
 fn variants() -> impl Iterator<Item = (&'static str, PathBuf, f32)> {
     SCENES.into_iter().flat_map(|scene| {
         VARIANTS.into_iter().map(move |(variant, within)| {
-            (scene, CORPUS.path().join(format!("{scene}-{variant}.glb")), within)
+            (scene, CORPUS.join(format!("{scene}-{variant}.glb")), within)
         })
     })
 }
@@ -170,7 +173,7 @@ fn lights_leave_what_is_compressed_as_it_was() {
 
 /// The textured square with the first picture of a variant.
 fn pictured(variant: &str) -> (file::File, std::ops::Range<usize>) {
-    let (root, data) = parts(&CORPUS.path().join(format!("still-life-{variant}.glb")));
+    let (root, data) = parts(&CORPUS.join(format!("still-life-{variant}.glb")));
     let view = root["images"][1]["bufferView"].as_u64().expect("a view") as usize;
     let number = |key: &str| root["bufferViews"][view][key].as_u64().unwrap_or(0) as usize;
     let picture = &data[number("byteOffset")..][..number("byteLength")];
@@ -213,7 +216,7 @@ fn broken_pictures_have_their_warning() {
 #[test]
 fn the_program_designs_lights_for_what_gltf_transform_makes() {
     for variant in ["optimized", "optimized-draco"] {
-        let source = CORPUS.path().join(format!("still-life-{variant}.glb"));
+        let source = CORPUS.join(format!("still-life-{variant}.glb"));
         let out = tempfile::tempdir().expect("a folder");
         let program = assert_cmd::Command::cargo_bin("klieg")
             .expect("the program")

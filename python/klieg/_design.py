@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Progress = _klieg.Progress
 
 HISTORY = np.dtype(
-    [("generation", "u4"), ("evaluations", "u4"), ("best", "f4"), ("mean", "f4"), ("worst", "f4"), ("small", "?")]
+    [("generation", "u4"), ("evaluations", "u4"), ("best", "f4"), ("mean", "f4"), ("worst", "f4"), ("step", "u4")]
 )
 """A row of `Design.history`."""
 
@@ -67,8 +67,8 @@ class Design:
         """The course of the search, a row for each generation.
 
         Its fields are `generation`, `evaluations` so far, `best` score so far, `mean` and `worst` score of the
-        generation, and `small`: whether the scores are of small pictures, which are not compared with those of whole
-        ones.
+        generation, and `step`: the scores are of pictures of every `step`-th pixel along both sides, 1 for whole ones,
+        and those of one size are not compared with those of another.
         """
         return np.array(self._native.history(), dtype=HISTORY)
 

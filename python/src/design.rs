@@ -43,15 +43,15 @@ pub struct Progress {
     mean: f32,
     /// Highest score of the generation.
     worst: f32,
-    /// Whether the scores are of small pictures.
-    small: bool,
+    /// The scores are of pictures of every `step`-th pixel along both sides, 1 for whole ones.
+    step: u32,
 }
 
 impl Progress {
     fn new(progress: &klieg::design::Progress, generations: Option<usize>) -> Self {
-        let &klieg::design::Progress { generation, evaluations, best, mean, worst, small } =
+        let &klieg::design::Progress { generation, evaluations, best, mean, worst, step } =
             progress;
-        Self { generation, generations, evaluations, best, mean, worst, small }
+        Self { generation, generations, evaluations, best, mean, worst, step }
     }
 }
 
@@ -157,7 +157,7 @@ fn named(quality: &Quality) -> Named {
     (quality.score, quality.terms.iter().map(|(term, value)| (term.name, value)).collect())
 }
 
-type Course = Vec<(usize, usize, f32, f32, f32, bool)>;
+type Course = Vec<(usize, usize, f32, f32, f32, u32)>;
 
 #[pymethods]
 impl Design {
@@ -185,10 +185,10 @@ impl Design {
         self.outcome.stopped
     }
 
-    /// Generation, evaluations, best, mean and worst score, and whether of small pictures.
+    /// Generation, evaluations, best, mean and worst score, and of every how manieth pixel the pictures are.
     fn history(&self) -> Course {
         let entry = |p: &klieg::design::Progress| {
-            (p.generation, p.evaluations, p.best, p.mean, p.worst, p.small)
+            (p.generation, p.evaluations, p.best, p.mean, p.worst, p.step)
         };
         self.outcome.history.iter().map(entry).collect()
     }

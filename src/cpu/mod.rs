@@ -17,6 +17,7 @@ pub mod pixels;
 pub mod population;
 pub mod shadows;
 pub mod shape;
+pub mod subsample;
 pub mod surface;
 pub mod visibility;
 pub mod visible;

@@ -26,6 +26,7 @@ pub fn of_objects(maps: &Maps, keep: impl Fn(u32) -> bool) -> Maps {
     (part.normal_gradient, part.normal_detail) =
         normal_detail::normal_detail(&part.surface, &part.types);
     part.shape = shape::shape(&part.surface, &part.types, &part.normal_gradient);
+    let kept: Vec<_> = kept.iter().enumerate().map(|(at, &kept)| kept.then_some(at)).collect();
     part.shadows = maps.shadows.as_ref().map(|shadows| shadows.of_pixels(&kept));
     part
 }

@@ -107,7 +107,7 @@ impl Designer {
         batch.fill(&*search)?;
         let nothing = f32::INFINITY;
         let (best, mean, worst) = (nothing, nothing, nothing);
-        let progress = Progress { generation: 0, evaluations: 0, best, mean, worst, small: false };
+        let progress = Progress { generation: 0, evaluations: 0, best, mean, worst, step: 1 };
         Ok(Self { search, batch, best: None, progress })
     }
 
@@ -269,7 +269,7 @@ impl Designer {
     /// Takes note of a generation.
     fn count(&mut self, evaluations: usize) -> Result<()> {
         let Progress { generation, evaluations: before, .. } = self.progress;
-        self.progress = progress(&*self.search, (generation + 1, before + evaluations), false);
+        self.progress = progress(&*self.search, (generation + 1, before + evaluations), 1);
         self.best = self.search.best().map(|(chromosome, score)| (chromosome.to_vec(), score));
         self.batch.fill(&*self.search)
     }

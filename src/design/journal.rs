@@ -200,7 +200,7 @@ pub struct Remembered<'a> {
 }
 
 impl<'a> Remembered<'a> {
-    /// The evaluator of this `number` of all that share the journal; without one it remembers nothing.
+    /// The evaluator of this `number`, another one for each that shares the journal; without one it remembers nothing.
     pub fn new(
         evaluator: &'a mut dyn Evaluator,
         journal: Option<&'a RefCell<Journal>>,
@@ -244,7 +244,7 @@ impl Evaluator for Remembered<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::coarse::{CoarseSettings, run_coarse_first};
+    use crate::design::coarse::{CoarseSettings, Small, run_coarse_first};
     use crate::design::testing::{Hills, genome};
     use crate::design::{Outcome, Progress};
     use crate::math::range::Range;
@@ -267,22 +267,27 @@ mod tests {
         let rng = ChaCha8Rng::seed_from_u64(4);
         let setup = Setup { bounds: genome.bounds(), first, settings, rng };
         let mut search = optimize::create(name, setup).unwrap();
-        let (mut small, mut whole) = (Hills { base: 10.0, ..Hills::default() }, Hills::default());
-        let mut run = |evaluators: (&mut dyn Evaluator, &mut dyn Evaluator)| {
+        let hills = || Hills { base: 10.0, ..Hills::default() };
+        let (mut small, mut larger, mut whole) = (hills(), hills(), Hills::default());
+        let mut run = |small: &mut [Small<Remembered<'_>>], whole: &mut dyn Evaluator| {
             let coarse = CoarseSettings { side: 16, share: 0.5, settled: 0.0, searches: 1 };
             let mut observe = |progress: &Progress| match progress.generation == stop {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             };
             let settings = (&coarse, GENERATIONS);
+            let evaluators = (small, whole);
             run_coarse_first(&mut *search, &genome, evaluators, settings, &mut observe).unwrap()
         };
         let journal = journal.map(RefCell::new);
-        let outcome = run((
-            &mut Remembered::new(&mut small, journal.as_ref(), 0),
+        let outcome = run(
+            &mut [
+                Small { step: 4, evaluator: Remembered::new(&mut small, journal.as_ref(), 4) },
+                Small { step: 2, evaluator: Remembered::new(&mut larger, journal.as_ref(), 2) },
+            ],
             &mut Remembered::new(&mut whole, journal.as_ref(), 1),
-        ));
-        (outcome, small.calls + whole.calls)
+        );
+        (outcome, small.calls + larger.calls + whole.calls)
     }
 
     fn subject() -> Value {
@@ -316,8 +321,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("journal");
         let expected = search("shade", None, usize::MAX).0;
-        // On small pictures, where the stop itself measures one rig more, and on whole ones.
-        for stop in [3, 9] {
+        // On small pictures of either size, where the stop itself measures one rig more, and on whole ones.
+        for stop in [3, 8, 11] {
             let journal = Journal::create(&path, &subject()).unwrap();
             assert!(search("shade", Some(journal), stop).0.stopped);
             let journal = Journal::resume(&path, &subject()).unwrap();

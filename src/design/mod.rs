@@ -60,8 +60,9 @@ pub struct Progress {
     pub mean: f32,
     /// Highest score of the population.
     pub worst: f32,
-    /// Whether the scores are of small pictures ([`coarse`]): they are not compared with those of whole ones.
-    pub small: bool,
+    /// The scores are of pictures of every `step`-th pixel along both sides, 1 for whole ones ([`coarse`]): those of one
+    /// size are not compared with those of another.
+    pub step: u32,
 }
 
 /// What a search found.
@@ -108,14 +109,14 @@ pub fn run(
 /// A search on its way.
 struct Run {
     batch: Batch,
-    /// Whether it looks at small pictures.
-    small: bool,
+    /// Of every how manieth pixel the pictures are that it looks at.
+    step: u32,
     history: Vec<Progress>,
 }
 
 impl Run {
     fn new(genome: &Genome) -> Result<Self> {
-        Ok(Self { batch: Batch::new(genome)?, small: false, history: Vec::new() })
+        Ok(Self { batch: Batch::new(genome)?, step: 1, history: Vec::new() })
     }
 
     /// Goes on until the search ends or `observe` breaks off.
@@ -131,7 +132,7 @@ impl Run {
             search.tell(scores);
             let before = self.history.last().map_or(0, |last| last.evaluations);
             let (generation, evaluations) = (self.history.len() + 1, before + scores.len());
-            let progress = progress(search, (generation, evaluations), self.small);
+            let progress = progress(search, (generation, evaluations), self.step);
             self.history.push(progress);
             if observe(&progress).is_break() {
                 break;
@@ -153,7 +154,7 @@ fn without_score(search: &dyn Optimizer) -> Error {
 fn progress(
     search: &dyn Optimizer,
     (generation, evaluations): (usize, usize),
-    small: bool,
+    step: u32,
 ) -> Progress {
     let scores = search.scores();
     Progress {
@@ -162,6 +163,6 @@ fn progress(
         best: search.best().map_or(f32::INFINITY, |(_, score)| score),
         mean: scores.iter().sum::<f32>() / scores.len().max(1) as f32,
         worst: scores.iter().copied().fold(f32::NEG_INFINITY, f32::max),
-        small,
+        step,
     }
 }

@@ -176,7 +176,7 @@ pub fn paint(
         search.tell(&scores);
         let before = history.last().map_or(0, |last| last.evaluations);
         let counts = (history.len() + 1, before + scores.len());
-        let progress = super::progress(search, counts, false);
+        let progress = super::progress(search, counts, 1);
         history.push(progress);
         stopped = observe(&progress).is_break();
     }

@@ -134,13 +134,12 @@ impl Shadows {
         Self { side, numbers, blocks, openness: vec![1.0; count as usize], occluders }
     }
 
-    /// The same table of those pixels alone that show an `object` still, an entry for each pixel.
-    pub(crate) fn of_pixels(&self, object: &[bool]) -> Self {
-        let occluders = Arc::clone(&self.occluders);
-        let mut part = Self::new(self.side, object.iter().copied(), occluders);
-        for (number, old) in
-            (0..object.len()).filter(|&at| object[at]).filter_map(|at| self.number(at)).enumerate()
-        {
+    /// The table of a picture of some of these pixels: of each of its own the place here, none in the background.
+    pub(crate) fn of_pixels(&self, pixels: &[Option<usize>]) -> Self {
+        let numbers = pixels.iter().map(|at| at.and_then(|at| self.number(at)));
+        let object = numbers.clone().map(|number| number.is_some());
+        let mut part = Self::new(self.side, object, Arc::clone(&self.occluders));
+        for (number, old) in numbers.flatten().enumerate() {
             for word in 0..words(self.side) {
                 *part.word_mut(number, word) = self.word(old, word);
             }

@@ -126,6 +126,13 @@ impl View {
         Self::new(scene, self.camera.clone(), width, height)
     }
 
+    /// The view in pictures of every `step`-th pixel along both sides, of one at least: what is left at the end of a row
+    /// or column falls away. What it draws is all of the view in so many pixels.
+    pub fn subsampled(&self, step: u32) -> Self {
+        let [width, height] = [self.width, self.height].map(|side| (side / step).max(1));
+        Self { width, height, ..self.clone() }
+    }
+
     /// Whether the fields are within their bounds: the picture's size as for [`View::new`], a light frame
     /// with a radius in [`RADII`], and finite numbers. Whatever draws or measures a view asks for it.
     ///

@@ -3,9 +3,9 @@
 use super::config::{First, Settings};
 use super::device::Opened;
 use super::gallery::{self, Gallery};
-use super::views::{self, shrunk_evaluator, small_evaluator};
+use super::views::{self, small_evaluator};
 use super::{Engine, Session, intent, milliseconds, warn};
-use crate::design::coarse::run_coarse_first;
+use crate::design::coarse::{Small, run_coarse_first};
 use crate::design::{self, Dome, Journal, Outcome, Progress, Remembered, start};
 use crate::lighting::genome::Genome;
 use crate::lighting::presets::Preset;
@@ -16,8 +16,8 @@ use crate::report::gallery::Thumbnail;
 use crate::report::html::{Sheet, Shown, light_ratio};
 use crate::report::json::{self, Design};
 use crate::report::{Staging, csv, picture, plot};
+use crate::scene;
 use crate::scene::view::View;
-use crate::scene::{self, Scene};
 use anyhow::{Result, anyhow};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -96,14 +96,18 @@ pub(super) fn optimizer(
 }
 
 /// What measures the small pictures that a search begins with, and how many generations there are in all; none where the
-/// settings do without, or the optimizer does not count generations.
-fn coarse_generations(session: &mut Session) -> Result<Option<(Engine, usize)>> {
-    let small = session.settings.coarse;
+/// settings do without, the optimizer does not count generations, or nothing of the scene is seen in one of them.
+fn coarse_generations(session: &mut Session) -> Result<Option<(Vec<Small<Engine>>, usize)>> {
+    let steps = session.settings.coarse.steps([session.view.width, session.view.height]);
     let generations = (session.settings.optimizer.0.generations)(&session.settings.optimizers());
-    Ok(match generations {
-        Some(_) => small_evaluator(session, &small)?.zip(generations),
-        None => None,
-    })
+    let Some(generations) = generations.filter(|_| !steps.is_empty()) else { return Ok(None) };
+    let device = session.device.clone();
+    let small = |step| {
+        let small = small_evaluator(session, &device, step)?;
+        Ok(small.map(|evaluator| Small { step, evaluator }))
+    };
+    let all: Result<Option<Vec<_>>> = steps.into_iter().map(small).collect();
+    Ok(all?.map(|all| (all, generations)))
 }
 
 /// `observe`, and the end when the time that the settings give a search is over, which began at `start`.
@@ -185,15 +189,22 @@ pub(super) fn search_from(
     }
     let settings = session.settings.coarse;
     let mut watch = within_time(session, start, observe);
-    let evaluator = &mut Remembered::new(&mut *session.evaluator, journal, 0);
+    let evaluator = &mut Remembered::new(&mut *session.evaluator, journal, 1);
     let outcome = match coarse {
-        Some((mut coarse, generations)) => run_coarse_first(
-            &mut *search,
-            genome,
-            (&mut Remembered::new(&mut *coarse, journal, 1), evaluator),
-            (&settings, generations),
-            &mut watch,
-        )?,
+        Some((mut small, generations)) => {
+            let small = small.iter_mut().map(|Small { step, evaluator }| Small {
+                step: *step,
+                evaluator: Remembered::new(&mut **evaluator, journal, *step),
+            });
+            let mut small: Vec<_> = small.collect();
+            run_coarse_first(
+                &mut *search,
+                genome,
+                (&mut small, evaluator),
+                (&settings, generations),
+                &mut watch,
+            )?
+        }
         None => design::run(&mut *search, genome, evaluator, &mut watch)?,
     };
     session.timing.search = milliseconds(start);
@@ -269,8 +280,8 @@ const CELLS: u32 = 33;
 /// # Errors
 /// What the evaluator reports.
 fn domes(session: &mut Session, rig: &[Light]) -> Result<Vec<Dome>> {
-    let shrink = |scene: &Scene, view: &View| view.shrunk(scene, MAPPED).map(Some);
-    let Some(mut small) = shrunk_evaluator(session, &Opened::Cpu, shrink)? else {
+    let step = session.view.width.max(session.view.height).div_ceil(MAPPED);
+    let Some(mut small) = small_evaluator(session, &Opened::Cpu, step)? else {
         return Ok(Vec::new());
     };
     let own = rig.iter().take_while(|light| light.role != Role::Scene).count();
@@ -350,7 +361,7 @@ pub fn write(
         pictures: &pictures,
         history: &outcome.history,
         settings,
-        coarse: outcome.history.iter().any(|progress| progress.small),
+        coarse: outcome.history.iter().any(|progress| progress.step > 1),
     };
     staging.write("report.html", sheet.render()?)?;
     let lit = staging.path(LIT);

@@ -65,6 +65,14 @@ impl Engine {
         }
     }
 
+    /// That of each view, itself where there is one.
+    pub fn of_views(&mut self) -> Box<dyn Iterator<Item = &mut Self> + '_> {
+        match self {
+            Self::Views(views) => Box::new(views.evaluators()),
+            only => Box::new(std::iter::once(only)),
+        }
+    }
+
     /// The evaluator of the whole view, without any wishes for objects.
     pub fn into_whole(self) -> Self {
         match self {

@@ -241,10 +241,7 @@ impl Session {
     /// # Errors
     /// What the device reports.
     fn occluders(&mut self) -> crate::Result<Vec<Option<Arc<Occluders>>>> {
-        match &mut self.evaluator {
-            Engine::Views(views) => views.evaluators().map(views::occluders).collect(),
-            only => Ok(vec![views::occluders(only)?]),
-        }
+        self.evaluator.of_views().map(views::occluders).collect()
     }
 
     /// The final picture of each rig in a view of this scene through this camera.

@@ -72,9 +72,9 @@ pub(super) fn weigh_target(objective: &mut Objective, weight: f32) -> Checked<()
 }
 
 /// The settings for an evaluator that compares with no target.
-pub(super) fn unmarked(session: &Session, settings: &Settings) -> Checked<Settings> {
+pub(super) fn unmarked(strokes: Option<&Drawn>, settings: &Settings) -> Checked<Settings> {
     let mut settings = settings.clone();
-    if session.strokes.is_some() || !settings.dim.is_empty() {
+    if strokes.is_some() || !settings.dim.is_empty() {
         weigh_target(&mut settings.objective, 0.0)?;
     }
     Ok(settings)

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use std::sync::Arc;
 
-pub(super) use judged::{evaluator, occluders, shrunk_evaluator, small_evaluator};
+pub(super) use judged::{evaluator, occluders, small_evaluator};
 pub(super) use pictures::write as write_pictures;
 
 /// What the cameras of several views are.

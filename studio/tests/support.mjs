@@ -28,7 +28,7 @@ export async function serve(program, options, environment = {}) {
   const stop = async () => {
     if (server.exitCode !== null || server.signalCode !== null) return;
     const ended = once(server, "exit");
-    server.kill("SIGKILL");
+    server.kill("SIGTERM");
     await ended;
   };
   return { address, stop };

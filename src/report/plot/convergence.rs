@@ -31,7 +31,7 @@ fn draw(history: &[Progress], root: &theme::Area) -> theme::Drawn {
     let mut chart = theme::chart(&area)
         .build_cartesian_2d(Scale::plain(generations), Scale::plain(span.clone()))?;
     theme::axes(&mut chart, &Axes { x: ("generation", 6), y: (theme::SCORE, 6), grid: true })?;
-    let parts = || history.chunk_by(|a, b| a.small == b.small);
+    let parts = || history.chunk_by(|a, b| a.step == b.step);
     for ((_, color, width, value), symbol) in LINES.into_iter().zip(symbols) {
         let style = ShapeStyle::from(color).stroke_width(width);
         for part in parts() {
@@ -41,7 +41,7 @@ fn draw(history: &[Progress], root: &theme::Area) -> theme::Drawn {
         }
         root.draw(&theme::key_line(symbol, style))?;
     }
-    if history.iter().any(|p| p.small) {
+    if history.iter().any(|p| p.step > 1) {
         for part in parts() {
             name_part(&mut chart, part, &span)?;
         }
@@ -57,7 +57,10 @@ fn name_part(chart: &mut theme::Chart, part: &[Progress], span: &Range<f32>) -> 
         let at = begin - 0.5;
         chart.draw_series(LineSeries::new([(at, span.start), (at, span.end)], theme::SOFT))?;
     }
-    let name = if first.small { "small pictures" } else { "whole picture" };
+    let name = match first.step {
+        1 => "whole".to_owned(),
+        step => format!("1/{step} of its side"),
+    };
     let style = theme::font(theme::SOFT);
     chart.draw_series([Text::new(name, (begin, span.end), style)]).map(|_| ())
 }
@@ -68,7 +71,7 @@ mod tests {
 
     fn entry(generation: usize, best: f32) -> Progress {
         let (mean, worst) = (best + 0.1, best + 0.4);
-        Progress { generation, evaluations: generation, best, mean, worst, small: false }
+        Progress { generation, evaluations: generation, best, mean, worst, step: 1 }
     }
 
     #[test]
@@ -78,21 +81,30 @@ mod tests {
         for text in ["generation", "F, lower is better", "best", "mean", "worst"] {
             assert!(plot.contains(text), "{text}");
         }
-        assert!(plot.matches("<polyline").count() >= 3 && !plot.contains("small pictures"));
+        assert!(plot.matches("<polyline").count() >= 3 && !plot.contains("whole"));
     }
 
     #[test]
-    fn where_pictures_become_whole_lines_are_broken_and_parts_named() {
-        let lines = |smalls| {
-            let history = (1..=50).map(|g| Progress { small: g <= smalls, ..entry(g, 0.3) });
+    fn where_pictures_become_larger_lines_are_broken_and_parts_named() {
+        let lines = |small: [usize; 2]| {
+            let step = |g: usize| {
+                if g <= small[0] {
+                    4
+                } else if g <= small[1] {
+                    2
+                } else {
+                    1
+                }
+            };
+            let history = (1..=50).map(|g| Progress { step: step(g), ..entry(g, 0.3) });
             let plot = convergence(&history.collect::<Vec<_>>(), (640, 400)).unwrap();
-            let named = ["small pictures", "whole picture"].map(|name| plot.contains(name));
+            let named = ["1/4", "1/2", "whole"].map(|name| plot.contains(name));
             (plot.matches("<polyline").count(), named)
         };
-        let (one, two) = (lines(0), lines(20));
-        assert_eq!((one.1, two.1), ([false; 2], [true; 2]));
+        let (one, two, three) = (lines([0, 0]), lines([20, 20]), lines([20, 40]));
+        assert_eq!((one.1, two.1, three.1), ([false; 3], [true, false, true], [true; 3]));
         // Three lines more, and that between the parts.
-        assert_eq!(two.0, one.0 + 4);
+        assert_eq!((two.0, three.0), (one.0 + 4, one.0 + 8));
     }
 
     #[test]

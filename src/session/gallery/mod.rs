@@ -62,7 +62,7 @@ const NOTHING: Progress = Progress {
     best: f32::INFINITY,
     mean: f32::INFINITY,
     worst: f32::INFINITY,
-    small: true,
+    step: 1,
 };
 
 /// How many rigs are wanted, and how good ones.
@@ -167,7 +167,7 @@ pub fn search(
         genome,
         first: outcome.rig.clone(),
         others: record.best(TAKEN),
-        progress: outcome.history.last().map_or(NOTHING, |last| Progress { small: true, ..*last }),
+        progress: outcome.history.last().map_or(NOTHING, |last| *last),
         begin,
     };
     Ok((outcome, origin))
@@ -220,8 +220,12 @@ pub fn disperse(
 ) -> Result<Gallery> {
     let mut watch = within_time(session, origin.begin, observe);
     let eye = Eye::new(session)?;
-    let small = CoarseSettings { side: JUDGED, ..CoarseSettings::NONE };
-    let mut small = small_evaluator(session, &small)?;
+    let whole = [session.view.width, session.view.height];
+    let sizes = CoarseSettings { side: JUDGED, ..CoarseSettings::NONE }.steps(whole);
+    let device = session.device.clone();
+    let small = sizes.first().map(|&step| small_evaluator(session, &device, step));
+    let mut small = small.transpose()?.flatten();
+    let step = small.as_ref().map_or(1, |_| sizes[0]);
     let mut rng = ChaCha8Rng::seed_from_u64(session.settings.seed);
     rng.set_stream(STREAM);
     let evaluator = small.as_mut().unwrap_or(&mut session.evaluator);
@@ -233,7 +237,7 @@ pub fn disperse(
         rng,
     );
     judge.offer(&mut dispersion, origin.others.clone())?;
-    let mut progress = origin.progress;
+    let mut progress = Progress { step, ..origin.progress };
     let before = progress.generation;
     progress.evaluations += 1 + origin.others.len();
     while progress.generation < before + GENERATIONS && watch(&progress).is_continue() {

@@ -2,14 +2,16 @@
 
 use super::{Seen, ViewsSettings};
 use crate::Result;
-use crate::design::{CoarseSettings, Views, coarse};
+use crate::cpu::subsample;
+use crate::design::{Views, coarse};
+use crate::gpu::PipelineKind;
 use crate::math::frame::Frame;
 use crate::objective::shadows::ShadowSettings;
 use crate::scene::Scene;
 use crate::scene::occluders::Occluders;
-use crate::scene::view::View;
 use crate::session::config::Settings;
 use crate::session::device::Opened;
+use crate::session::engine::evaluator_of;
 use crate::session::{Engine, Session, evaluator_on, focus, note_coarse_shadows, sees, strokes};
 use std::sync::Arc;
 
@@ -74,51 +76,57 @@ fn with_shared_shadows(settings: &Settings, views: usize) -> Settings {
     Settings { shadows, ..settings.clone() }
 }
 
-/// What judges small pictures of a session's views; none where the settings do without them, or nothing of the scene is
-/// seen in one.
-pub(in crate::session) fn small_evaluator(
-    session: &mut Session,
-    small: &CoarseSettings,
-) -> Result<Option<Engine>> {
-    let device = session.device.clone();
-    shrunk_evaluator(session, &device, |scene, view| small.view(scene, view))
-}
-
-/// What judges on a device what `shrink` makes of a session's views; none where it gives none, or nothing of the scene is
-/// seen in one.
+/// What judges on a device pictures of every `step`-th pixel of a session's views; none where nothing of the scene is seen
+/// in one.
 ///
 /// # Errors
 /// What the device reports.
-pub(in crate::session) fn shrunk_evaluator(
+pub(in crate::session) fn small_evaluator(
     session: &mut Session,
     device: &Opened,
-    shrink: impl Fn(&Scene, &View) -> Result<Option<View>>,
+    step: u32,
 ) -> Result<Option<Engine>> {
-    let mut occluders = session.occluders()?.into_iter();
-    let mut made = Vec::with_capacity(session.views.len());
-    for Seen { scene, view, .. } in &session.views {
-        let Some(small) = shrink(scene, view)? else { return Ok(None) };
-        let objective = coarse::objective(&session.settings.objective, view, &small);
-        let settings = Settings { objective, ..session.settings.clone() };
-        let (seen, occluders) = ((&**scene, &small), occluders.next().flatten());
-        let unmarked = strokes::unmarked(session, &settings)?;
-        let mut engine = evaluator_on(device, seen, &unmarked, occluders)?;
+    let Session { evaluator, views, settings, strokes, kept, .. } = session;
+    let mut made = Vec::with_capacity(views.len());
+    for (seen, whole) in views.iter().zip(evaluator.of_views()) {
+        let small = seen.view.subsampled(step);
+        let objective = coarse::objective(&settings.objective, &seen.view, &small);
+        let settings = Settings { objective, ..settings.clone() };
+        let unmarked = strokes::unmarked(strokes.as_ref(), &settings)?;
+        let mut engine = subsampled(device, whole, (seen, step), &unmarked)?;
         // What is a few pixels wide may be none there.
         if engine.maps()?.counts.object() == 0 {
             return Ok(None);
         }
-        if let Some(drawn) = &session.strokes {
+        if let Some(drawn) = &strokes {
             // Nor may strokes be.
             let Ok(strokes) = drawn.on(engine.maps()?) else { return Ok(None) };
             let both = (device, &small);
             engine = strokes::marked(&mut engine, &strokes, both, &settings)?.unwrap_or(engine);
         }
-        match focus::wished(engine, device, seen, &settings)? {
+        match focus::wished(engine, device, (&seen.scene, &small), &settings)? {
             Some(engine) => made.push(engine),
             None => return Ok(None),
         }
     }
-    joined(made, &session.views, &session.settings, session.kept.len()).map(Some)
+    joined(made, views, settings, kept.len()).map(Some)
+}
+
+/// What measures on a device every `step`-th pixel of what `whole` does, whose objects all count alike.
+fn subsampled(
+    device: &Opened,
+    whole: &mut Engine,
+    (Seen { scene, view, .. }, step): (&Seen, u32),
+    settings: &Settings,
+) -> Result<Engine> {
+    let small = view.subsampled(step);
+    // Of maps that pipeline makes no pictures.
+    if matches!(device, Opened::Vulkan(_)) && whole.pipeline() == Some(PipelineKind::Forward) {
+        let occluders = occluders(whole)?;
+        return evaluator_on(device, (scene, &small), settings, occluders);
+    }
+    let maps = subsample::subsampled(whole.maps()?, view, step, &settings.objective);
+    evaluator_of(device, (maps, &small), settings)
 }
 
 /// What casts shadows in an evaluator's view, in its light frame; nothing where there are none.
