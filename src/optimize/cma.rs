@@ -243,3 +243,6 @@ fn expected_length(dimensions: usize) -> f64 {
     let n = dimensions.max(1) as f64;
     n.sqrt() * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n * n))
 }
+
+#[cfg(test)]
+mod tests;

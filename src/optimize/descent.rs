@@ -345,6 +345,22 @@ mod tests {
     }
 
     #[test]
+    fn slopes_are_right_where_the_box_cuts_a_probe_off() {
+        let at = vec![0.0, 0.98, 0.5, 1.0];
+        let (chromosome, phase) = (at.clone(), Phase::Probes);
+        let walker = Walker { at, chromosome, score: 0.0, step: 0.1, phase };
+        let plane = |x: &[f32]| -2.0 * x[0] + x[1] + 2.0 * x[2] - 3.0 * x[3];
+        let scores: Vec<f32> =
+            (0..4).flat_map(|i| walker.probes(i, 0.05)).map(|x| plane(&x)).collect();
+        // The last would lead out of the box.
+        let down = walker.downhill(&scores, 0.05).unwrap();
+        let near = |(a, b): (&f32, f32)| (a - b).abs() < 1e-4;
+        let expected = [2.0 / 3.0, -1.0 / 3.0, -2.0 / 3.0, 0.0];
+        assert!(down.iter().zip(expected).all(near), "{down:?}");
+        assert_eq!(walker.downhill(&[0.3; 8], 0.05), None);
+    }
+
+    #[test]
     fn it_ends_at_the_bottom_of_the_start_s_own_valley() {
         let bounds = [Range::new(-2.0, 2.0)];
         let two_valleys = |x: f32| (x * x - 1.0).powi(2) + 0.1 * x;

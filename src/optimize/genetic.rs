@@ -263,6 +263,7 @@ impl Optimizer for Genetic {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optimize::Settings;
     use proptest::prelude::*;
     use rand::SeedableRng;
 
@@ -357,6 +358,15 @@ mod tests {
             generations += 1;
         }
         assert_eq!(generations, 6);
+    }
+
+    #[test]
+    fn the_default_is_the_papers_in_words_and_evaluations() {
+        let words = "population 30, elitism 10 %, crossover 80 %, mutation 20 %";
+        assert_eq!((ENTRY.words)(&Settings::default()), words);
+        assert_eq!(GeneticSettings::default().budget(), 30 + 99 * 27);
+        let short = GeneticSettings { generations: 1, ..GeneticSettings::default() };
+        assert_eq!(short.budget(), 30);
     }
 
     #[test]

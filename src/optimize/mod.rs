@@ -161,6 +161,15 @@ mod tests {
     }
 
     #[test]
+    fn searches_without_restarts_leave_no_minima() {
+        for mut search in endless(2) {
+            (0..400).for_each(|_| drop(step(&mut *search, 0.0)));
+            let restarts = !["ga", "greedy", "random"].contains(&search.name());
+            assert_eq!(!search.minima().is_empty(), restarts, "{}", search.name());
+        }
+    }
+
+    #[test]
     fn the_best_starts_anew_when_scores_have_become_void() {
         for mut search in endless(7) {
             for rounds in [0, 1, 20, 200] {

@@ -123,6 +123,10 @@ impl Painter<'_> {
 
     /// What samples show without any light: what they emit, and the ambient light that reaches them.
     fn unlit(&self, pixel: [u32; 2], samples: &[Sample]) -> Vec<Response> {
+        let respond = |radiance| Response { radiance, irradiance: 0.0 };
+        if self.stage.shading.ambient == 0.0 {
+            return samples.iter().map(|sample| respond(sample.emissive)).collect();
+        }
         let shift = pattern::shift(pixel, AMBIENT);
         let rays = samples.iter().map(|sample| {
             let square = pattern::even(sample.index, shift);
@@ -134,7 +138,6 @@ impl Painter<'_> {
             0 => sample.emissive,
             _ => sample.looks.unlit,
         };
-        let respond = |radiance| Response { radiance, irradiance: 0.0 };
         samples.iter().zip(seen).map(radiance).map(respond).collect()
     }
 

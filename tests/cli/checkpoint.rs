@@ -66,9 +66,9 @@ fn same_files(place: &Folder, one: &str, other: &str) {
 fn a_design_that_is_killed_at_any_moment_goes_on_to_the_same_bytes() {
     let place = place();
     assert!(design(&place, "--out whole").status().unwrap().success());
-    // In the first population, on small pictures, on whole ones, and in the last generation.
+    // In the first population, on small pictures, on larger and whole ones, and in the last generation.
     killed_after(&place, 0, "--out out --checkpoint way --resume");
-    for count in [3, 11, 26, 40] {
+    for count in [3, 11, 26, 36, 40] {
         killed_after(&place, count, "--out out --checkpoint way --resume");
         assert!(place.path("way").exists() && !place.path("out/result.json").exists());
     }

@@ -152,13 +152,18 @@ fn add<const GLTF: bool, const POINT: bool>(
         lit[count] = at;
         count += usize::from(any);
     }
-    let lit = &lit[..count];
     if let Some(shadows) = casting.shadows {
-        for &at in lit {
+        let reached = std::mem::take(&mut count);
+        for number in 0..reached {
+            let at = lit[number];
             let Interim { towards, received, .. } = &mut room[at].1;
-            shadow::<POINT>(casting, shadows, first + at, light, towards, received);
+            shadow(casting, shadows, first + at, light, towards, received);
+            lit[count] = at;
+            // All are looked at, which takes less than a branch for each.
+            count += usize::from(received.iter().fold(false, |any, &part| any | (part > 0.0)));
         }
     }
+    let lit = &lit[..count];
     for &at in lit {
         find_half_vector(&groups[at], &mut room[at].1);
     }

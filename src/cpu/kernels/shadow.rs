@@ -26,7 +26,7 @@ struct Places {
 
 /// Multiplies what a group receives of a light with the light's visibility.
 #[inline(always)]
-pub(super) fn shadow<const POINT: bool>(
+pub(super) fn shadow(
     casting: &Casting,
     shadows: &Shadows,
     group: usize,
