@@ -325,6 +325,7 @@ mod tests {
                     prop_assert_eq!(ripples(individual), score);
                 }
                 prop_assert!(search.scores().is_sorted());
+                prop_assert_eq!(search.scores().len(), settings.population);
             }
             let children = settings.population - settings.elites();
             prop_assert_eq!(evaluated, settings.population + 11 * children);

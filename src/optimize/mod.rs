@@ -182,7 +182,7 @@ mod tests {
                 let best = before.map(|x| x.iter().map(|x| -x).collect::<Vec<_>>());
                 // Without elites the best so far may no longer be there; a probe is beside its descent.
                 if let Some(best) = best
-                    && ["restarts", "random"].contains(&name)
+                    && ["restarts", "random", "shade"].contains(&name)
                 {
                     assert!(search.ask().contains(&best), "{name}");
                 }

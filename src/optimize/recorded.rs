@@ -124,6 +124,15 @@ mod tests {
     }
 
     #[test]
+    fn of_equal_ones_in_a_cell_the_first_stays() {
+        let record = Record::new(&BOUNDS);
+        for (place, score) in [(0.1, 1.0), (0.11, 1.0), (0.12, 2.0)] {
+            record.offer(&[place; 2], score);
+        }
+        assert_eq!(record.best(9), [[0.1; 2]]);
+    }
+
+    #[test]
     fn a_recorded_search_goes_its_way_and_leaves_the_best_of_each_cell() {
         let height = |x: &[f32]| x.iter().map(|x| (x - 0.3).powi(2)).sum::<f32>();
         let record = Record::new(&BOUNDS);

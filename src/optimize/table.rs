@@ -121,3 +121,18 @@ fn check(bounds: &[Range], first: &[f32]) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_are_the_same_where_their_names_are() {
+        for (number, entry) in OPTIMIZERS.iter().enumerate() {
+            assert_eq!(find(entry.name).unwrap(), entry);
+            assert!(OPTIMIZERS[..number].iter().all(|other| other != entry), "{}", entry.name);
+        }
+        let fault = find("nothing").unwrap_err().to_string();
+        assert!(OPTIMIZERS.iter().all(|entry| fault.contains(entry.name)), "{fault}");
+    }
+}

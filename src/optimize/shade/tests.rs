@@ -1,4 +1,5 @@
 use super::*;
+use crate::optimize::testing::{D, Function, ellipsoid, rastrigin, rosenbrock, sphere};
 use crate::optimize::{GeneticSettings, Settings, create};
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -19,41 +20,6 @@ fn search(
 fn step(search: &mut dyn Optimizer, height: impl Fn(&[f32]) -> f32) {
     let scores: Vec<f32> = search.ask().iter().map(|x| height(x)).collect();
     search.tell(&scores);
-}
-
-const D: usize = 10;
-
-type Function = fn(&[f32]) -> f32;
-
-/// Distance from the lowest point of the standard functions.
-fn offset(x: &[f32]) -> [f64; D] {
-    std::array::from_fn(|i| f64::from(x[i]) - (-2.0 + 0.4 * i as f64))
-}
-
-fn sphere(x: &[f32]) -> f32 {
-    offset(x).iter().map(|z| z * z).sum::<f64>() as f32
-}
-
-fn rosenbrock(x: &[f32]) -> f32 {
-    let z = offset(x).map(|z| z + 1.0);
-    let term = |z: &[f64]| 100.0 * (z[1] - z[0] * z[0]).powi(2) + (1.0 - z[0]).powi(2);
-    z.windows(2).map(term).sum::<f64>() as f32
-}
-
-/// Axes of 1 to 1000, turned by Givens rotations in the planes of each two that follow each other.
-fn ellipsoid(x: &[f32]) -> f32 {
-    let mut z = offset(x);
-    for i in 0..D - 1 {
-        let (sin, cos) = (0.3 * (i + 1) as f64).sin_cos();
-        (z[i], z[i + 1]) = (cos * z[i] - sin * z[i + 1], sin * z[i] + cos * z[i + 1]);
-    }
-    let scale = |i: usize| 10f64.powf(6.0 * i as f64 / (D - 1) as f64);
-    z.iter().enumerate().map(|(i, z)| scale(i) * z * z).sum::<f64>() as f32
-}
-
-fn rastrigin(x: &[f32]) -> f32 {
-    let term = |z: &f64| z * z + 10.0 - 10.0 * (std::f64::consts::TAU * z).cos();
-    offset(x).iter().map(term).sum::<f64>() as f32
 }
 
 /// Evaluations to 10⁻⁶ in the box −5..5, medians of 21 seeds. The reference is the L-SHADE of minionpy 1.9.1
@@ -87,6 +53,76 @@ fn standard_functions_take_as_many_evaluations_as_the_reference() {
         assert!((0.8..1.25).contains(&ratio), "{number}: {all:?}");
         assert!(solved + 2 >= successes, "{number}: {all:?}");
     }
+}
+
+/// A search of twelve alleles whose first population has scores.
+fn begun(start: StartSettings) -> Shade {
+    let bounds = &[Range::new(0.0, 1.0); 12];
+    let settings = &Settings { start, ..Default::default() };
+    let rng = ChaCha8Rng::seed_from_u64(8);
+    let mut search = Shade::new(Setup { bounds, first: vec![0.5; 12], settings, rng });
+    step(&mut search, |x| x.iter().sum());
+    search
+}
+
+#[test]
+fn the_crossover_is_the_share_of_the_alleles_that_are_new() {
+    let new = |crossover: f32| {
+        let mut search = begun(StartSettings::default());
+        search.history.fill(Control { crossover, factor: 0.5 });
+        search.asked.clear();
+        search.controls.clear();
+        search.breed();
+        let pairs = std::iter::zip(&search.population, &search.asked);
+        let new = |(parent, trial): (&Vec<f32>, &Vec<f32>)| {
+            std::iter::zip(parent, trial).filter(|(a, b)| a != b).count()
+        };
+        pairs.map(new).sum::<usize>() as f32 / (12 * search.population.len()) as f32
+    };
+    let [few, half, most] = [0.0, 0.5, 1.0].map(new);
+    // One allele is new in any case, and the parameter is drawn with a deviation of 0.1.
+    assert!(few > 0.06 && few < 0.2 && (0.4..0.65).contains(&half), "{few} {half}");
+    assert!(most > 0.85, "{most}");
+}
+
+#[test]
+fn a_mutant_goes_towards_one_of_the_best_and_by_the_difference_of_two_others() {
+    let mut search = begun(StartSettings::default());
+    // Nothing leaves such a box.
+    search.bounds = vec![Range::new(-9.0, 9.0); 12];
+    search.archive = vec![vec![0.2; 12]];
+    let mut order: Vec<usize> = (0..search.population.len()).collect();
+    order.sort_by(|&a, &b| search.scores[a].total_cmp(&search.scores[b]));
+    let all: Vec<_> = search.population.iter().chain(&search.archive).cloned().collect();
+    for parent in 0..search.population.len() {
+        let mutant = search.mutant(parent, 0.7, &order);
+        let x = &search.population[parent];
+        let made = |best: &[f32], one: &[f32], other: &[f32]| {
+            let allele = |at: usize| x[at] + 0.7 * (best[at] - x[at]) + 0.7 * (one[at] - other[at]);
+            (0..12).all(|at| (allele(at) - mutant[at]).abs() < 1e-5)
+        };
+        let among = (search.settings.best * order.len() as f32).round() as usize;
+        let found = order[..among].iter().any(|&best| {
+            let pairs = search.population.iter().flat_map(|one| all.iter().map(move |o| (one, o)));
+            pairs.filter(|(one, o)| one != o).any(|(one, o)| made(&all[best], one, o))
+        });
+        assert!(found, "{parent}");
+    }
+}
+
+#[test]
+fn a_population_after_another_is_drawn_from_all_of_the_box() {
+    // The first one would stand in one place.
+    let mut search = begun(StartSettings { scattered: 1.0, spread: 0.0 });
+    assert!(search.population.iter().all(|x| *x == search.population[0]));
+    search.begin(None);
+    for allele in 0..12 {
+        let values = || search.asked.iter().map(|x| x[allele]);
+        assert!(values().fold(1.0, f32::min) < 0.3 && values().fold(0.0, f32::max) > 0.7);
+    }
+    let place = vec![0.25; 12];
+    search.begin(Some(place.clone()));
+    assert!(search.asked.iter().all(|x| *x == place));
 }
 
 fn shades() -> impl Strategy<Value = ShadeSettings> {
