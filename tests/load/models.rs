@@ -109,6 +109,25 @@ fn objects_and_colors_are_kept() {
     assert_eq!(colors[..3], [[255, 0, 0, 255], [128, 0, 0, 255], [0, 0, 255, 255]]);
 }
 
+/// Two strips, as old scans have them: of a square, the second with a corner that comes twice.
+#[test]
+fn strips_of_triangles_are_read() {
+    let faces = "element face 1\nproperty list uchar int vertex_indices\n";
+    let strips = "element tristrips 1\nproperty list int int vertex_indices\n";
+    let text = PLY.replace(faces, strips).replace("4 0 1 2 3\n", "10 0 1 3 2 -1 0 1 1 2 3\n");
+    let scene = plain("a.ply", text.as_bytes());
+    let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let triangles = [[0, 1, 3], [3, 1, 2], [1, 2, 3]];
+    assert_eq!(corners(&scene), triangles.map(|triangle| triangle.map(|corner| square[corner])));
+    let folder = Folder::new();
+    let out = text.replace("-1", "-2");
+    assert!(fault(folder.load("b.ply", out.as_bytes()), "b.ply").contains("out of range"));
+    for none in [PLY.replace(faces, strips), PLY.to_owned()] {
+        let none = none.replace("4 0 1 2 3\n", "2 0 1\n");
+        assert!(fault(folder.load("c.ply", none.as_bytes()), "c.ply").contains("no triangles"));
+    }
+}
+
 #[test]
 fn units_and_the_axis_upwards_follow_the_format_or_what_is_asked() {
     let folder = Folder::new();

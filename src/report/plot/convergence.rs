@@ -59,7 +59,7 @@ fn name_part(chart: &mut theme::Chart, part: &[Progress], span: &Range<f32>) -> 
     }
     let name = match first.step {
         1 => "whole".to_owned(),
-        step => format!("1/{step} of its side"),
+        step => format!("1/{step} size"),
     };
     let style = theme::font(theme::SOFT);
     chart.draw_series([Text::new(name, (begin, span.end), style)]).map(|_| ())

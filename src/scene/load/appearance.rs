@@ -154,8 +154,7 @@ impl Appearance {
         if specular.max_element() <= DIELECTRIC * 1.01 || !specular.is_finite() {
             return;
         }
-        let (base, metallic) =
-            metallic_of(rgb(material) * (1.0 - specular.max_element()), specular);
+        let (base, metallic) = metallic_of(rgb(material), specular);
         let own = material.metallic;
         set(material, rgb(material).lerp(base, 1.0 - own));
         material.metallic = own + (1.0 - own) * metallic;
@@ -235,6 +234,15 @@ mod tests {
         assert_eq!((same.base_color, same.metallic), (plastic().base_color, 0.0));
         let glossy = applied(serde_json::json!({"KHR_materials_ior": {"ior": 2.4}}), plastic());
         assert!(glossy.metallic > 0.05 && glossy.metallic < 0.5, "{}", glossy.metallic);
+        // What is not reflected at once is what the base colour has a share of.
+        for (ior, specular) in [(1.508, 0.041_f32), (1.8, 0.0816), (2.4, 0.1696)] {
+            let ior = serde_json::json!({"KHR_materials_ior": {"ior": ior}});
+            let Material { base_color: [base, ..], metallic, .. } = applied(ior, plastic());
+            let [diffuse, at_once] = reflected(Vec3::splat(base), metallic).map(|color| color.x);
+            let expected = 0.5 * (1.0 - specular) / (1.0 - DIELECTRIC);
+            assert!((diffuse - expected).abs() < 0.02, "{specular}: {diffuse} {expected}");
+            assert!((at_once - specular).abs() < 0.02, "{specular}: {at_once}");
+        }
         let coat = serde_json::json!({"KHR_materials_clearcoat":
             {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.1}});
         assert!((applied(coat.clone(), plastic()).roughness - 0.1).abs() < 1e-6);

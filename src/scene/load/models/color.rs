@@ -1,4 +1,4 @@
-//! What several formats have: colours of vertices, and polygons.
+//! What several formats have: colours of vertices, polygons, and strips.
 
 use crate::math::color::srgb_decode;
 
@@ -13,5 +13,16 @@ pub fn encoded([r, g, b, a]: [f32; 4]) -> [u16; 4] {
 pub fn triangulated(corners: &[u32], indices: &mut Vec<u32>) {
     if let Some((&first, rest)) = corners.split_first() {
         indices.extend(rest.windows(2).flat_map(|edge| [first, edge[0], edge[1]]));
+    }
+}
+
+/// Appends the triangles of a strip, every second of which turns the other way round, as glTF's have them. Those without
+/// extent, by which one strip goes on with another, are left out.
+pub fn unstripped(corners: &[u32], indices: &mut Vec<u32>) {
+    for (number, corners) in corners.windows(3).enumerate() {
+        let (a, b, c) = (corners[0], corners[1], corners[2]);
+        if a != b && b != c && c != a {
+            indices.extend(if number % 2 == 0 { [a, b, c] } else { [b, a, c] });
+        }
     }
 }

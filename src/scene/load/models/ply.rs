@@ -1,19 +1,19 @@
 //! PLY, as text and binary of either byte order.
 
 use super::Part;
-use super::color::{encoded, triangulated};
+use super::color::{encoded, triangulated, unstripped};
 use crate::scene::load::{Parsed, quoted};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::io::BufRead;
 
-/// Reads the vertices and faces of a file; what else it holds is left out.
+/// Reads the vertices, faces and triangle strips of a file; what else it holds is left out.
 pub fn read(source: &mut impl BufRead) -> Parsed<Part> {
     let fault = |error: std::io::Error| format!("is not valid PLY: {error}");
     let mut source = Reader::new(source);
     let header = Parser::<Other>::new().read_header(&mut source).map_err(|e| fault(e.into()))?;
     let mut part = Part { name: "PLY".into(), ..Part::default() };
-    let mut faces = Vec::new();
+    let (mut faces, mut strips) = (Vec::new(), Vec::new());
     for (name, element) in &header.elements {
         if element.properties.is_empty() && element.count > 0 {
             return Err(format!("is not valid PLY: {} has no properties", quoted(name)));
@@ -32,10 +32,11 @@ pub fn read(source: &mut impl BufRead) -> Parsed<Part> {
                     part.colors = vertices.iter().map(|vertex| encoded(vertex.color)).collect();
                 }
             }
-            "face" => {
+            "face" | "tristrips" => {
                 let parser = Parser::<Face>::new();
                 let read = parser.read_payload_for_element(&mut source, element, &header);
-                faces = read.map_err(|e| fault(e.into()))?;
+                let read = read.map_err(|e| fault(e.into()))?;
+                if name == "face" { faces = read } else { strips = read }
             }
             _ => {
                 let parser = Parser::<Other>::new();
@@ -44,7 +45,7 @@ pub fn read(source: &mut impl BufRead) -> Parsed<Part> {
             }
         }
     }
-    if faces.is_empty() {
+    if faces.is_empty() && strips.is_empty() {
         return Err("has points but no faces: klieg needs triangles".into());
     }
     for face in faces {
@@ -52,6 +53,19 @@ pub fn read(source: &mut impl BufRead) -> Parsed<Part> {
             Face::Triangle(corners) => part.indices.extend(corners),
             Face::Polygon(corners) => triangulated(&corners, &mut part.indices),
         }
+    }
+    for strip in &strips {
+        let corners = match strip {
+            Face::Triangle(corners) => &corners[..],
+            Face::Polygon(corners) => corners,
+        };
+        // -1 stands between strips.
+        corners
+            .split(|&corner| corner == u32::MAX)
+            .for_each(|strip| unstripped(strip, &mut part.indices));
+    }
+    if part.indices.is_empty() {
+        return Err("has no triangles: its faces have fewer than three corners".into());
     }
     Ok(part)
 }
@@ -113,8 +127,8 @@ impl PropertyAccess for Face {
         if !matches!(name, "vertex_indices" | "vertex_index") {
             return PropertyAccessResult::Ignored;
         }
-        // What is negative or too great is out of range later.
-        let one = |corner: i64| u32::try_from(corner).unwrap_or(u32::MAX);
+        // What is negative is out of range later, but for the -1 of strips.
+        let one = |corner: i64| corner as u32;
         let corners: Vec<u32> = match property {
             Property::ListChar(list) => list.iter().map(|&i| one(i.into())).collect(),
             Property::ListUChar(list) => list.iter().map(|&i| i.into()).collect(),
