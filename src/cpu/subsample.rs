@@ -7,6 +7,9 @@ use crate::scene::view::View;
 
 /// The maps of [`View::subsampled`]: the middle one of `step` pixels along both sides, with the thresholds of `objective`.
 /// A target picture is left out.
+///
+/// # Panics
+/// For a step of 0, and unless the maps are of the view's size.
 pub fn subsampled(whole: &Maps, view: &View, step: u32, objective: &Objective) -> Maps {
     let surface = &whole.surface;
     let View { width, height, .. } = view.subsampled(step);

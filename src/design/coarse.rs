@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 const LEAST_THIRD: u32 = 64;
 
 /// Share of the generations after those on the smallest pictures that looks at larger ones.
-const BETWEEN: f64 = 0.6;
+const BETWEEN: f64 = 0.4;
 
 /// How a search begins on small pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -217,11 +217,11 @@ mod tests {
     #[test]
     fn larger_pictures_come_between() {
         let (outcome, calls) = run(SHARE, &[4, 2], usize::MAX);
-        assert_eq!((calls, outcome.stopped), (vec![24, 9, 7], false));
+        assert_eq!((calls, outcome.stopped), (vec![24, 6, 10], false));
         let steps: Vec<u32> = outcome.history.iter().map(|progress| progress.step).collect();
-        assert_eq!(steps, [vec![4; 24], vec![2; 9], vec![1; 7]].concat());
+        assert_eq!(steps, [vec![4; 24], vec![2; 6], vec![1; 10]].concat());
         let best = |at: usize| outcome.history[at].best;
-        assert!(best(32) <= best(24) && best(32) > 5.0 && best(39) < 5.0);
+        assert!(best(29) <= best(24) && best(29) > 5.0 && best(39) < 5.0);
         assert_eq!((score(&outcome), outcome.score), (outcome.score, best(39)));
         let (outcome, calls) = run(SHARE, &[4, 2], 30);
         assert_eq!((calls, outcome.history.len(), outcome.stopped), (vec![24, 6, 1], 30, true));

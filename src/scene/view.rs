@@ -128,6 +128,9 @@ impl View {
 
     /// The view in pictures of every `step`-th pixel along both sides, of one at least: what is left at the end of a row
     /// or column falls away. What it draws is all of the view in so many pixels.
+    ///
+    /// # Panics
+    /// For a step of 0.
     pub fn subsampled(&self, step: u32) -> Self {
         let [width, height] = [self.width, self.height].map(|side| (side / step).max(1));
         Self { width, height, ..self.clone() }

@@ -100,7 +100,7 @@ fn a_search_may_begin_on_small_pictures_and_tells_the_score_of_the_whole_one() {
             let of = |size: &str| table.lines().filter(|line| line.ends_with(size)).count();
             let small = [of(",1/4"), of(",1/2"), of(",whole")];
             // The first may end before their half is over.
-            assert_eq!(small[0] > 0 && small[1] > 2 && small[2] > 2, coarse == "20", "{device}");
+            assert_eq!(small[0] > 0 && small[1] > 1 && small[2] > 3, coarse == "20", "{device}");
             assert_eq!(small == [0, 0, 12], coarse != "20", "{device}: {small:?}");
             let score = place.read_json(&format!("{out}/result.json"))["score"].as_f64().unwrap();
             (bests, score as f32)
