@@ -49,20 +49,13 @@ pub fn read(source: &mut impl BufRead) -> Parsed<Part> {
         return Err("has points but no faces: klieg needs triangles".into());
     }
     for face in faces {
-        match face {
-            Face::Triangle(corners) => part.indices.extend(corners),
-            Face::Polygon(corners) => triangulated(&corners, &mut part.indices),
-        }
+        triangulated(face.corners(), &mut part.indices);
     }
-    for strip in &strips {
-        let corners = match strip {
-            Face::Triangle(corners) => &corners[..],
-            Face::Polygon(corners) => corners,
-        };
-        // -1 stands between strips.
-        corners
-            .split(|&corner| corner == u32::MAX)
-            .for_each(|strip| unstripped(strip, &mut part.indices));
+    for strips in strips {
+        // -1 stands between them.
+        for strip in strips.corners().split(|&corner| corner == u32::MAX) {
+            unstripped(strip, &mut part.indices);
+        }
     }
     if part.indices.is_empty() {
         return Err("has no triangles: its faces have fewer than three corners".into());
@@ -116,6 +109,15 @@ impl PropertyAccess for Vertex {
 enum Face {
     Triangle([u32; 3]),
     Polygon(Vec<u32>),
+}
+
+impl Face {
+    fn corners(&self) -> &[u32] {
+        match self {
+            Self::Triangle(corners) => corners,
+            Self::Polygon(corners) => corners,
+        }
+    }
 }
 
 impl PropertyAccess for Face {
